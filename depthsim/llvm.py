@@ -1,0 +1,54 @@
+"""Three machine operations that numba does not offer, for the kernels: call an address, add atomically, see bits."""
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+_BYTES = ir.IntType(8).as_pointer()
+
+
+@intrinsic
+def call_embree(typing: Any, function: Any, valid: Any, scene: Any, rays: Any, arguments: Any) -> Any:
+    """Call ``void function(valid*, scene, rays*, arguments*)``; all five are addresses as integers."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        kind = ir.FunctionType(ir.VoidType(), [_BYTES] * 4)
+        builder.call(
+            builder.inttoptr(args[0], kind.as_pointer()), [builder.inttoptr(value, _BYTES) for value in args[1:]]
+        )
+        return context.get_dummy_value()
+
+    return types.void(types.intp, types.intp, types.intp, types.intp, types.intp), codegen
+
+
+@intrinsic
+def fetch_add(typing: Any, address: Any, amount: Any) -> Any:
+    """Add to the int64 at ``address`` and return what was there, as one step for all threads."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        place = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
+        return builder.atomic_rmw("add", place, args[1], "monotonic")
+
+    return types.int64(types.intp, types.int64), codegen
+
+
+@intrinsic
+def float_bits(typing: Any, value: Any) -> Any:
+    """The bits of a float32 as int32."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.IntType(32))
+
+    return types.int32(types.float32), codegen
+
+
+@intrinsic
+def bits_float(typing: Any, value: Any) -> Any:
+    """The float32 that an int32 is the bits of."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.FloatType())
+
+    return types.float32(types.int32), codegen

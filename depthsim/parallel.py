@@ -1,0 +1,41 @@
+"""Several threads on one numba kernel.
+
+The kernels release the GIL, so plain Python threads do. numba's own threading layers are left alone: `workqueue`
+breaks under several Python threads and the OpenMP layer spins against them. Results never depend on the number of
+threads, because a kernel only ever writes the pixels of the range that it was given.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+
+def core_count() -> int:
+    """The cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max_workers=max(4, core_count()), thread_name_prefix="depthsim")
+
+
+def run_threads(work: Callable[[int], None], threads: int) -> None:
+    """Call ``work(0)`` to ``work(threads - 1)`` at the same time; the caller's own thread does the first."""
+    others = [_pool().submit(work, index) for index in range(1, threads)]
+    work(0)
+    for other in others:
+        other.result()
+
+
+def split(kernel: Callable[..., None], size: int, threads: int, *arguments: object, multiple: int = 1) -> None:
+    """Call ``kernel(start, stop, *arguments)`` on ``threads`` equal parts of ``range(size)``, cut at ``multiple``."""
+    step = -(-size // (threads * multiple)) * multiple
+
+    def work(index: int) -> None:
+        start, stop = index * step, min((index + 1) * step, size)
+        if start < stop:
+            kernel(start, stop, *arguments)
+
+    run_threads(work, threads)

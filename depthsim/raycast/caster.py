@@ -1,0 +1,111 @@
+"""The ray caster over one scene."""
+
+import os
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.camera import Camera
+from depthsim.parallel import core_count, run_threads
+from depthsim.raycast import embree
+from depthsim.raycast.geometry import Geometry
+from depthsim.scene import NO_TAG, Scene
+
+
+class Caster:
+    """Casts the rays of a camera into a scene.
+
+    The acceleration structure is built once. Vertices are kept relative to the scene's middle, so that scenes far from
+    the origin keep float32's precision where it matters. With ``backend="embreex"``, or where the Embree library
+    cannot be loaded, embreex's own call does the same more slowly.
+    """
+
+    def __init__(self, scene: Scene, backend: str | None = None) -> None:
+        backend = backend or os.environ.get("DEPTHSIM_RAYCASTER", "embree")
+        if backend not in ("embree", "embreex"):
+            raise ValueError(f"there is no ray caster {backend!r}: use embree or embreex")
+        self.scene = scene
+        self._middle = scene.bounds.mean(axis=0)
+        # A miss is face -1: with NO_TAG put before the first face, face + 1 needs no test.
+        self._face_tags = np.concatenate([[np.uint8(NO_TAG)], scene.face_tags]).astype(np.uint8)
+        vertices = scene.vertices - self._middle
+        self._embree: embree.EmbreeScene | None = None
+        if backend == "embree":
+            try:
+                self._embree = embree.EmbreeScene(vertices, scene.faces)
+            except embree.EmbreeMissing:
+                backend = "embreex"
+        self.backend = backend
+        if self._embree is None:
+            from depthsim.raycast.fallback import EmbreexScene
+
+            self._embreex = EmbreexScene(vertices, scene.faces)
+
+    def cast(
+        self,
+        camera: Camera,
+        poses: NDArray[np.float64],
+        *,
+        right: bool = False,
+        rays: NDArray[np.float32] | None = None,
+        threads: int | None = None,
+        out: Geometry | None = None,
+    ) -> Geometry:
+        """The clean geometry that the left imager sees.
+
+        poses: (4, 4) or (N, 4, 4) camera to world; or (N, height, 4, 4), a pose for every row.
+        right: also find out whether the right imager sees each point.
+        rays: (2, height, width) float32 directions at z = 1 in place of the camera's own.
+        threads: all cores by default; the result does not depend on it.
+        out: pictures of an earlier call with the same shape, to be written over.
+        """
+        poses = np.asarray(poses, np.float64)
+        if poses.shape[-2:] != (4, 4) or poses.ndim not in (2, 3, 4):
+            raise ValueError(f"poses must be (4, 4), (N, 4, 4) or (N, {camera.height}, 4, 4), not {poses.shape}")
+        if poses.ndim == 4 and poses.shape[1] != camera.height:
+            raise ValueError(f"poses has {poses.shape[1]} rows, the camera {camera.height}")
+        single = poses.ndim == 2
+        poses = poses.reshape(-1, 1, 4, 4) if poses.ndim < 4 else poses
+        shape = camera.shape if single else (len(poses), *camera.shape)
+        if out is None or out.depth.shape != shape or (right and out.right_sees is None):
+            out = Geometry.empty(shape, right)
+        pictures = out.reshaped((-1, *camera.shape))
+        rows = np.empty((*poses.shape[:2], 12), np.float32)
+        rows[..., :9] = poses[..., :3, :3].reshape(*poses.shape[:2], 9)
+        rows[..., 9:] = poses[..., :3, 3] - self._middle
+        rays = camera.rays if rays is None else rays
+        for index in range(len(poses)):
+            if self._embree is not None:
+                self._cast_tiles(camera, rays, rows[index], pictures[index], right, threads or core_count())
+            else:
+                self._embreex.cast(camera, rays, rows[index], self._face_tags, pictures[index], right)
+        return out
+
+    def _cast_tiles(
+        self,
+        camera: Camera,
+        rays: NDArray[np.float32],
+        pose: NDArray[np.float32],
+        out: Geometry,
+        right: bool,
+        threads: int,
+    ) -> None:
+        from depthsim.raycast.kernel import PACKET, cast_tiles
+
+        assert self._embree is not None
+        scene, arguments = self._embree.handle, embree.query_arguments()
+        intersect, occluded = embree.address("rtcIntersect16"), embree.address("rtcOccluded16")
+        valid = embree.aligned(16, np.int32)
+        valid[:] = -1
+        counter = np.zeros(1, np.int64)
+        right_sees = out.right_sees if right and out.right_sees is not None else np.empty((0, 0), np.uint8)
+        baseline = np.float32(camera.baseline)
+
+        def work(_: int) -> None:
+            packet, shadow = embree.aligned(PACKET, np.float32), embree.aligned(PACKET, np.float32)
+            cast_tiles(
+                counter, intersect, occluded, scene, arguments, valid, packet, shadow,
+                rays, pose, baseline, self._face_tags, out.depth, out.face, out.cosine, out.tag, right_sees,
+            )  # fmt: skip
+
+        run_threads(work, threads)

@@ -1,0 +1,116 @@
+"""The Embree 4 library inside the embreex wheel, by ctypes: device, scene, and the addresses that the kernel calls."""
+
+import ctypes
+import weakref
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+_TRIANGLE, _INDEX, _VERTEX = 0, 0, 1
+_UINT3, _FLOAT3 = 0x5003, 0x9003
+_ROBUST = 4
+"""Without RTC_SCENE_FLAG_ROBUST rays slip through shared edges, and the holes measured are the ray caster's."""
+_MEDIUM_QUALITY = 1
+_COHERENT = 1 << 16
+_TRIANGLE_FEATURE = 1 << 1
+
+_Pointer = ctypes.c_void_p
+_SIGNATURES: dict[str, tuple[type | None, list[type]]] = {
+    "rtcNewDevice": (_Pointer, [ctypes.c_char_p]),
+    "rtcGetDeviceError": (ctypes.c_int, [_Pointer]),
+    "rtcNewScene": (_Pointer, [_Pointer]),
+    "rtcSetSceneFlags": (None, [_Pointer, ctypes.c_int]),
+    "rtcSetSceneBuildQuality": (None, [_Pointer, ctypes.c_int]),
+    "rtcNewGeometry": (_Pointer, [_Pointer, ctypes.c_int]),
+    "rtcSetSharedGeometryBuffer": (
+        None,
+        [_Pointer, ctypes.c_int, ctypes.c_uint, ctypes.c_int, _Pointer, *[ctypes.c_size_t] * 3],
+    ),
+    "rtcCommitGeometry": (None, [_Pointer]),
+    "rtcAttachGeometry": (ctypes.c_uint, [_Pointer, _Pointer]),
+    "rtcReleaseGeometry": (None, [_Pointer]),
+    "rtcCommitScene": (None, [_Pointer]),
+    "rtcReleaseScene": (None, [_Pointer]),
+}
+
+
+class EmbreeMissing(RuntimeError):
+    """The library could not be found or loaded; the caster then falls back on embreex's own call."""
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    import embreex
+
+    package = Path(embreex.__file__).parent
+    # Where the wheel tools of Linux, macOS and Windows put a package's libraries.
+    folders = [package.parent / "embreex.libs", package / ".dylibs", package]
+    found = [file for folder in folders for file in sorted(folder.glob("*embree4*")) if ".cpython" not in file.name]
+    if not found:
+        raise EmbreeMissing("the embreex package brings no embree4 library")
+    try:
+        library = ctypes.CDLL(str(found[0]))
+        for name, (result, arguments) in _SIGNATURES.items():
+            function = getattr(library, name)
+            function.restype, function.argtypes = result, arguments
+    except (OSError, AttributeError) as error:
+        raise EmbreeMissing(str(error)) from error
+    return library
+
+
+@cache
+def _device() -> int:
+    device = _library().rtcNewDevice(None)
+    if not device:
+        raise EmbreeMissing("Embree found no device that it can run on")
+    return int(device)
+
+
+def address(name: str) -> int:
+    """The address of one of the library's functions."""
+    return int(ctypes.cast(getattr(_library(), name), _Pointer).value or 0)
+
+
+def aligned(count: int, dtype: type[np.generic]) -> NDArray:
+    """Zeros that begin at a multiple of 64 bytes, as Embree's 16-wide structures must."""
+    size = count * np.dtype(dtype).itemsize
+    raw = np.zeros(size + 64, np.uint8)
+    start = -raw.ctypes.data % 64
+    return raw[start : start + size].view(dtype)
+
+
+def query_arguments() -> NDArray[np.int32]:
+    """RTCIntersectArguments, which RTCOccludedArguments equals: coherent rays, triangles only, no callbacks."""
+    arguments = aligned(16, np.int32)
+    arguments[0], arguments[1] = _COHERENT, _TRIANGLE_FEATURE
+    return arguments
+
+
+class EmbreeScene:
+    """The acceleration structure over triangles; it keeps the two arrays, which Embree reads in place."""
+
+    def __init__(self, vertices: NDArray[np.float64], faces: NDArray[np.uint32]) -> None:
+        library = _library()
+        # Embree reads 16 bytes a vertex, so one more row stands behind the last.
+        self._vertices = np.zeros((len(vertices) + 1, 3), np.float32)
+        self._vertices[:-1] = vertices
+        self._faces = np.ascontiguousarray(faces, np.uint32)
+        self.handle = int(library.rtcNewScene(_device()))
+        self._release = weakref.finalize(self, library.rtcReleaseScene, self.handle)
+        library.rtcSetSceneFlags(self.handle, _ROBUST)
+        library.rtcSetSceneBuildQuality(self.handle, _MEDIUM_QUALITY)
+        geometry = library.rtcNewGeometry(_device(), _TRIANGLE)
+        for kind, form, array, count in (
+            (_VERTEX, _FLOAT3, self._vertices, len(vertices)),
+            (_INDEX, _UINT3, self._faces, len(faces)),
+        ):
+            library.rtcSetSharedGeometryBuffer(geometry, kind, 0, form, array.ctypes.data, 0, 12, count)
+        library.rtcCommitGeometry(geometry)
+        library.rtcAttachGeometry(self.handle, geometry)
+        library.rtcReleaseGeometry(geometry)
+        library.rtcCommitScene(self.handle)
+        error = library.rtcGetDeviceError(_device())
+        if error:
+            raise MemoryError(f"Embree could not build the scene of {len(faces)} faces (error {error})")

@@ -1,0 +1,95 @@
+"""The sensor: a camera and effects, from poses to measured depth."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from depthsim.camera import Camera
+from depthsim.materials import Materials, load_materials
+from depthsim.parallel import core_count, split
+from depthsim.raycast import Caster, Geometry
+from depthsim.sensor.effect import Effect
+from depthsim.sensor.frame import Frame
+
+SATURATED = 65535
+"""The 16-bit value of a depth that is too far for the unit."""
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _through_disparity(start, stop, focal_baseline, clean, depth):
+    """Z -> disparity f·b / Z -> Z (Eq. 2 of the paper: Z = b·f / (x_R - x_L)); 0 stays 0."""
+    for i in range(start, stop):
+        disparity = focal_baseline / clean[i]
+        depth[i] = focal_baseline / disparity if clean[i] > np.float32(0) else np.float32(0)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _to_units(start, stop, units_per_metre, depth, units):
+    """Depth [m] as the camera stores it: whole units, 0 for no return, 65535 where it would not fit."""
+    for i in range(start, stop):
+        value = depth[i] * units_per_metre + np.float32(0.5)
+        value = value if value < np.float32(SATURATED) else np.float32(SATURATED)
+        units[i] = np.uint16(np.int32(value))
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What the sensor gives for one pose.
+
+    units: (height, width) uint16, depth in units of camera.depth_scale; 0 is no return, 65535 too far.
+    depth: (height, width) float32, the same before it was rounded [m].
+    clean: the geometry as it is.
+    """
+
+    units: NDArray[np.uint16]
+    depth: NDArray[np.float32]
+    clean: Geometry
+
+
+class Sensor:
+    """Measures depth in a scene.
+
+    The order of the effects is the physical one (:class:`~depthsim.sensor.effect.Stage`); those of one stage keep the
+    order in which they were given. Effects at their neutral value are left out.
+    """
+
+    def __init__(
+        self, caster: Caster, camera: Camera, effects: Sequence[Effect] = (), materials: Materials | None = None
+    ) -> None:
+        self.caster, self.camera = caster, camera
+        self.materials = materials or load_materials()
+        self.effects = sorted((e for e in effects if not e.is_neutral), key=lambda effect: effect.stage)
+
+    def measure(
+        self,
+        pose: NDArray[np.float64],
+        *,
+        index: int = 0,
+        stamp: float = 0.0,
+        seed: int = 0,
+        threads: int | None = None,
+        out: Measurement | None = None,
+    ) -> Measurement:
+        """One frame.
+
+        pose: (4, 4) camera to world. index: the number of the frame in its run; with ``seed`` it keys the random
+        numbers. out: an earlier result of the same camera, to be written over.
+        """
+        threads = threads or core_count()
+        right = any(effect.needs_right for effect in self.effects)
+        clean = self.caster.cast(self.camera, pose, right=right, threads=threads, out=out.clean if out else None)
+        depth = out.depth if out else np.empty(self.camera.shape, np.float32)
+        units = out.units if out else np.empty(self.camera.shape, np.uint16)
+        focal_baseline = np.float32(self.camera.focal_baseline)
+        split(_through_disparity, depth.size, threads, focal_baseline, clean.depth.reshape(-1), depth.reshape(-1))
+        frame = Frame(
+            depth, clean, self.camera, self.caster.scene, self.materials, np.asarray(pose), seed, index, stamp, threads
+        )
+        for effect in self.effects:
+            effect.apply(frame)
+        per_metre = np.float32(1 / self.camera.depth_scale)
+        split(_to_units, depth.size, threads, per_metre, frame.depth.reshape(-1), units.reshape(-1))
+        return Measurement(units, frame.depth, clean)

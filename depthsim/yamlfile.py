@@ -1,0 +1,89 @@
+"""Reading YAML into pydantic models, with every fault told as one line that names the file, the place and the mend."""
+
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+from pydantic import BaseModel, ValidationError
+
+from depthsim.errors import InputError
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class _Loader(yaml.SafeLoader):
+    """The safe loader, without YAML's silent acceptance of a key given twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[str] = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                if key.value in seen and key.value != "<<":
+                    raise yaml.constructor.ConstructorError(None, None, f"key {key.value!r} twice", key.start_mark)
+                seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+def read_text(path: Path, what: str) -> str:
+    """The text of a file, or an :class:`InputError` that says what file was looked for."""
+    try:
+        return path.read_text(encoding="utf-8-sig")  # Windows editors put a mark first
+    except FileNotFoundError:
+        raise InputError(path, "", "no such file", f"give the path of {what}") from None
+    except IsADirectoryError:
+        raise InputError(path, "", "is a folder", f"give the path of {what}") from None
+    except UnicodeDecodeError as error:
+        raise InputError(path, f"byte {error.start}", "is not UTF-8 text", f"give {what}") from None
+    except OSError as error:
+        raise InputError(path, "", (error.strerror or str(error)).lower(), f"give {what} that can be read") from None
+
+
+def parse_yaml(text: str, path: Path) -> Any:
+    """The plain value that YAML text holds."""
+    try:
+        return yaml.load(text, _Loader)  # _Loader is a SafeLoader
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f"line {mark.line + 1}" if mark else ""
+        problem = getattr(error, "problem", None) or str(error)
+        raise InputError(path, place, f"is not YAML ({problem})", "mend the syntax there") from None
+
+
+def read_mapping(path: Path, what: str) -> dict[str, Any]:
+    """The mapping in a YAML file; anything else at its top level is an error."""
+    value = parse_yaml(read_text(path, what), path)
+    if not isinstance(value, dict):
+        found = "is empty" if value is None else f"holds a {type(value).__name__} at its top, not a mapping"
+        raise InputError(path, "", found, f"write {what} as `key: value` lines")
+    return {str(key): item for key, item in value.items()}
+
+
+def validate(model: type[Model], value: Any, path: Path, place: str = "") -> Model:
+    """``value`` as ``model``; the first thing that does not fit is told, with its place in the file."""
+    try:
+        return model.model_validate(value)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(part) for part in (place, *first["loc"]) if part != "")
+        problem = first["msg"].removeprefix("Value error, ")
+        problem = problem[0].lower() + problem[1:]
+        about_keys = first["type"] in ("missing", "extra_forbidden") and len(first["loc"]) == 1
+        known = ", ".join(model.model_fields) if about_keys else ""
+        given = first.get("input")
+        shown = "" if first["type"] == "missing" or isinstance(given, dict | list) else f" (it is {given!r})"
+        mend = f"the keys are {known}" if known else "correct that value"
+        raise InputError(path, where, problem + shown[:80], mend) from None
+
+
+def read_model(model: type[Model], path: Path, what: str) -> Model:
+    """A YAML file as ``model``."""
+    return validate(model, read_mapping(path, what), path)
+
+
+def beside(file: Path, name: str, place: str) -> Path:
+    """The path that ``name``, written at ``place`` in ``file``, means; it may not leave the folder of ``file``."""
+    folder = file.parent.resolve()
+    plain = "\0" not in name and not Path(name).is_absolute() and ".." not in Path(name).parts
+    if plain and (folder / name).resolve().is_relative_to(folder):
+        return file.parent / name
+    raise InputError(file, place, f"{name!r} leaves the folder of this file", "give a path inside the folder")
