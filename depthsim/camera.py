@@ -101,23 +101,31 @@ def distort(x: NDArray, y: NDArray, k: tuple[float, ...]) -> tuple[NDArray, NDAr
 def undistort(xd: NDArray, yd: NDArray, k: tuple[float, ...]) -> tuple[NDArray, NDArray]:
     """The inverse of :func:`distort` by Newton's method, float64; not a number where it finds none.
 
-    Newton starts at the distorted point. From there it goes straight to the root for a barrel (k1 < 0) as for a
-    pincushion, as the radial function is concave or convex.
+    The point moves out from the axis in steps, each solved from the one before, as a strong distortion has other roots.
     """
-    x, y = np.array(xd, dtype=np.float64), np.array(yd, dtype=np.float64)
+    x, y = np.zeros_like(xd, dtype=np.float64), np.zeros_like(yd, dtype=np.float64)
     with np.errstate(all="ignore"):
-        for _ in range(20):
-            ex, ey = distort(x, y, k)
-            ex, ey = ex - xd, ey - yd
-            a, b, c = _jacobian(x, y, k)
-            determinant = a * c - b * b
-            dx, dy = (c * ex - b * ey) / determinant, (a * ey - b * ex) / determinant
-            x, y = x - dx, y - dy
-            if max(np.abs(dx).max(), np.abs(dy).max()) < 1e-13:
-                break
+        for part in np.linspace(1 / 8, 1, 8):
+            x, y = _newton(x + xd / 8, y + yd / 8, part * xd, part * yd, k, most=2 if part < 1 else 20)
         ex, ey = distort(x, y, k)
         wrong = ~(np.hypot(ex - xd, ey - yd) < 1e-9)
     x[wrong] = y[wrong] = np.nan
+    return x, y
+
+
+def _newton(
+    x: NDArray, y: NDArray, xd: NDArray, yd: NDArray, k: tuple[float, ...], most: int
+) -> tuple[NDArray, NDArray]:
+    """The root of distort(x, y) = (xd, yd) near (x, y), in at most ``most`` steps."""
+    for _ in range(most):
+        ex, ey = distort(x, y, k)
+        ex, ey = ex - xd, ey - yd
+        a, b, c = _jacobian(x, y, k)
+        determinant = a * c - b * b
+        dx, dy = (c * ex - b * ey) / determinant, (a * ey - b * ex) / determinant
+        x, y = x - dx, y - dy
+        if max(np.abs(dx).max(), np.abs(dy).max()) < 1e-13:
+            break
     return x, y
 
 

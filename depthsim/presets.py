@@ -1,7 +1,7 @@
 """The RealSense D400 depth cameras, from what their maker says of them."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -37,7 +37,7 @@ class Preset:
 
     The focal length follows from the nominal horizontal field of view, at the full width of the imager. The datasheet
     allows ±3° from lens to lens, and its two angles do not fit square pixels: the D435's 87° give 674 px at 1280x720,
-    its 58° give 649 px, and real units have 637 to 650 px. So the focal length of a preset is about 5 % longer than
+    its 58° give 649 px, and real units have 638 to 650 px. So the focal length of a preset is about 5 % longer than
     that of a unit in hand; give that unit's camera.yaml where it matters.
     """
 
@@ -95,7 +95,7 @@ class Preset:
 
 _SOURCES = {
     "baseline": f"{_DATASHEET}, depth camera SKU properties",
-    "fov": f"{_DATASHEET}-008 (May 2020), depth camera SKU properties, HD: ±3° horizontally",
+    "fov": f"{_DATASHEET} (May 2020), depth camera SKU properties, HD: ±3° horizontally",
     "imager": f"{_DATASHEET}, left and right imager properties",
     "shutter": "product page",
     "default": "maker's tuning guide (best known methods for D415 and D435)",
@@ -144,7 +144,7 @@ PRESETS: dict[str, Preset] = {
         | {
             "fov": "product page; the maker's comparison chart says 84° (librealsense issue 11427)",
             "default": "product page, which gives the minimum depth, 7 cm, at 480p",
-            "min_z_table": f"{_DATASHEET}, Minimum-Z Depth of the D401 module, as quoted by its distributor; no 640x480",
+            "min_z_table": f"{_DATASHEET}, Minimum-Z Depth of the D401, as its distributor quotes it; no 640x480",
             "depth_scale": "librealsense pull request 8946: 0.0001 m",
         },
     ),
@@ -159,12 +159,12 @@ PRESETS: dict[str, Preset] = {
         min_z_table={(1280, 720): 0.450, (424, 240): 0.160},
         sources=_SOURCES
         | {
-            "fov": f"{_DATASHEET}-008 (May 2020), depth camera SKU properties, HD: ±2° horizontally",
+            "fov": f"{_DATASHEET} (May 2020), depth camera SKU properties, HD: ±2° horizontally",
             "min_z_table": f"{_DATASHEET}, Minimum-Z Depth, and the product page for the least; the rest by the rule",
         },
     ),
     "d435": _D435,
-    "d435i": Preset(**{**vars(_D435), "name": "D435i"}),
+    "d435i": replace(_D435, name="D435i"),
     "d455": Preset(
         name="D455",
         baseline=0.095,
