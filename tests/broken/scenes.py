@@ -197,7 +197,7 @@ BROKEN: dict[str, Broken] = {
     "mesh gone": Broken("s.yaml", SCENE, ("meshes.0.file", "no such file: box.obj", "correct its name")),
     "mesh above": Broken("s.yaml", "meshes: [{file: ../box.obj}]\n", ("meshes.0.file", "leaves the folder", "inside")),
     "mesh anywhere": Broken(
-        "s.yaml", "meshes: [{file: /etc/hosts}]\n", ("meshes.0.file", "leaves the folder"
+        "s.yaml", "meshes: [{file: /etc/hosts}]\n", ("meshes.0.file", "leaves the folder", "inside")
     ),
     "mesh of an unknown kind": Broken(
         "s.yaml", "meshes: [{file: a.txt}]\n", ("no known kind (.txt)", ".obj"), {"a.txt": "x"}, "a.txt"
