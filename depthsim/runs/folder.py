@@ -1,0 +1,241 @@
+"""Reading a recorded run, real or simulated: the TUM RGB-D layout, plus what depth needs."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.camera import Camera, load_camera
+from depthsim.errors import InputError
+from depthsim.runs import layout
+from depthsim.runs.png import decode_png
+from depthsim.trajectory.poses import TOLERANCE, Trajectory
+from depthsim.trajectory.tum import read_tum
+from depthsim.yamlfile import beside, read_mapping, read_text
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run folder. Opening it checks the lists and that files are there; a picture is read when it is asked for.
+
+    files: the depth file of each frame. rgb_files: the intensity image nearest in time to each frame, None where
+    there is none within half a frame. trajectory: the camera at the frames' stamps. meta: run.yaml, {} without one.
+
+    Every method takes the number of a frame and raises :class:`InputError` for a picture that is damaged or does not
+    fit the camera.
+    """
+
+    path: Path
+    camera: Camera
+    trajectory: Trajectory
+    files: tuple[Path, ...]
+    rgb_files: tuple[Path | None, ...]
+    meta: dict[str, Any]
+
+    @classmethod
+    def open(cls, path: Path) -> "Run":
+        """Open a run folder. Raises :class:`InputError` for what is missing, malformed or unfinished."""
+        path = Path(path)
+        if not path.is_dir():
+            problem = "is a file, not a folder" if path.exists() else "no such folder"
+            raise InputError(path, "", problem, "give the folder of a run")
+        record = path / layout.RECORD
+        meta = read_mapping(record, "a run.yaml") if record.exists() else {}
+        listed = path / layout.list_name(layout.DEPTH)
+        if not listed.exists():
+            raise _not_a_run(path, meta)
+        for name, what in ((layout.CAMERA, "the camera's keys"), (layout.GROUND_TRUTH, "the camera's poses")):
+            if not (path / name).exists():
+                raise InputError(path / name, "", "is missing from the run", f"write {what} there")
+        camera = load_camera(path / layout.CAMERA)
+        stamps, files, lines = _read_list(listed)
+        if not files:
+            raise InputError(listed, "", "names no frame", "write lines of `timestamp depth/NAME.png`")
+        truth = read_tum(path / layout.GROUND_TRUTH)
+        first, last = truth.stamps[0], truth.stamps[-1]
+        for stamp, line in zip(stamps, lines, strict=True):
+            if not first - TOLERANCE <= stamp <= last + TOLERANCE:
+                problem = (
+                    f"stamp {stamp:.6f} is outside {layout.GROUND_TRUTH}, which runs from {first:.6f} to {last:.6f}"
+                )
+                raise InputError(listed, line, problem, f"drop the line, or lengthen {layout.GROUND_TRUTH}")
+        for stream in layout.SIDECARS:
+            _check_sidecar(path, stream, files)
+        rgb = _rgb_files(path, stamps, 0.5 / camera.rate)
+        return cls(path, camera, truth.at(stamps), files, rgb, meta)
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    @property
+    def stamps(self) -> NDArray[np.float64]:
+        """(N,) [s], increasing."""
+        return self.trajectory.stamps
+
+    @cached_property
+    def poses(self) -> NDArray[np.float64]:
+        """(N, 4, 4) camera to world at the stamps, [m]."""
+        return self.trajectory.matrices()
+
+    @property
+    def scene(self) -> Path | None:
+        """The scene that lies in the folder: scene.yaml, .obj, .glb or .ply, the first of them."""
+        return next((self.path / name for name in layout.SCENES if (self.path / name).is_file()), None)
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """The material tags that the numbers in :meth:`material` mean."""
+        return tuple(map(str, self.meta.get("tags", ())))
+
+    def has(self, stream: str) -> bool:
+        """Whether every frame has its picture in ``stream``: depth, clean, material, normal, mask or rgb."""
+        return all(self._file(stream, index) is not None for index in range(len(self)))
+
+    def depth_raw(self, index: int) -> NDArray[np.uint16]:
+        """(height, width) depth as on disk: units of camera.depth_scale, 0 is no return, 65535 saturated."""
+        return self._depth(self.files[index])
+
+    def depth(self, index: int) -> NDArray[np.float32]:
+        """(height, width) depth [m]; 0 where there is no return and where it is saturated."""
+        return self._metres[self.depth_raw(index)]
+
+    def saturated(self, index: int) -> NDArray[np.bool_]:
+        """(height, width): where the depth was too far for 16 bits."""
+        return self.depth_raw(index) == layout.SATURATED
+
+    def clean(self, index: int) -> NDArray[np.float32] | None:
+        """(height, width) depth without the sensor's effects [m], 0 where nothing was hit."""
+        file = self._file("clean", index)
+        return None if file is None else self._metres[self._depth(file)]
+
+    def material(self, index: int) -> NDArray[np.uint8] | None:
+        """(height, width) places in :attr:`tags`; 255 where nothing was hit."""
+        return self._bytes("material", index, "8-bit grey", (2,))
+
+    def normal(self, index: int) -> NDArray[np.float32] | None:
+        """(height, width, 3) unit normals in the world; zero where nothing was hit."""
+        picture = self._bytes("normal", index, "8-bit RGB", (3,))
+        return None if picture is None else layout.decode_normals(picture)
+
+    def rgb(self, index: int) -> NDArray[np.uint8] | None:
+        """(height, width) or (height, width, 3) intensity image nearest in time."""
+        return self._bytes("rgb", index, "8-bit", (2, 3))
+
+    def mask(self, index: int) -> NDArray[np.bool_] | None:
+        """(height, width): where the scene may be trusted; None for a run without masks."""
+        file = self._file("mask", index)
+        if file is None:
+            return None
+        picture = self._picture(file)
+        return np.asarray(picture.reshape(*self.camera.shape, -1).any(axis=2))
+
+    @cached_property
+    def _metres(self) -> NDArray[np.float32]:
+        """The depth [m] of each 16-bit value."""
+        table = (np.arange(1 << 16) * self.camera.depth_scale).astype(np.float32)
+        table[layout.SATURATED] = 0
+        return table
+
+    def _file(self, stream: str, index: int) -> Path | None:
+        if stream == "rgb":
+            return self.rgb_files[index]
+        if stream == layout.DEPTH:
+            return self.files[index]
+        file = self.path / stream / self.files[index].name
+        return file if file.exists() else None
+
+    def _picture(self, file: Path) -> NDArray[np.uint8] | NDArray[np.uint16]:
+        picture = decode_png(file)
+        if picture.shape[:2] != self.camera.shape:
+            size = f"{picture.shape[1]}x{picture.shape[0]}"
+            wanted = f"{self.camera.width}x{self.camera.height}"
+            raise InputError(file, "", f"is {size}, the camera is {wanted}", f"correct the file or {layout.CAMERA}")
+        return picture
+
+    def _depth(self, file: Path) -> NDArray[np.uint16]:
+        picture = self._picture(file)
+        if picture.dtype != np.uint16 or picture.ndim != 2:
+            raise InputError(file, "", f"is {_kind(picture)}, not 16-bit grey", "write depth as a 16-bit grey PNG")
+        return picture.astype(np.uint16, copy=False)
+
+    def _bytes(self, stream: str, index: int, kind: str, dimensions: tuple[int, ...]) -> NDArray[np.uint8] | None:
+        file = self._file(stream, index)
+        if file is None:
+            return None
+        picture = self._picture(file)
+        if picture.dtype != np.uint8 or picture.ndim not in dimensions:
+            raise InputError(file, "", f"is {_kind(picture)}, not {kind}", f"write {stream} as {kind} PNG")
+        return picture.astype(np.uint8, copy=False)
+
+
+def _kind(picture: NDArray[Any]) -> str:
+    return f"{8 * picture.itemsize}-bit {'grey' if picture.ndim == 2 else 'RGB'}"
+
+
+def _not_a_run(path: Path, meta: dict[str, Any]) -> InputError:
+    """What to tell of a folder without depth.txt."""
+    if "frames" in meta:
+        problem = f"unfinished: {layout.count_frames(path)} of {meta['frames']} frames"
+        return InputError(path, "", problem, "the same generate command finishes it")
+    listed = path / layout.list_name(layout.DEPTH)
+    return InputError(listed, "", "is missing from the run", "write lines of `timestamp depth/NAME.png` there")
+
+
+def _read_list(file: Path) -> tuple[NDArray[np.float64], tuple[Path, ...], tuple[str, ...]]:
+    """The stamps, the files and the places of a list of "timestamp file" lines; the files are there."""
+    stamps: list[float] = []
+    files: list[Path] = []
+    places: list[str] = []
+    for number, line in enumerate(read_text(file, "a list of frames").splitlines(), start=1):
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        place = f"line {number}"
+        if len(words) != 2:
+            raise InputError(file, place, f"has {len(words)} columns, not 2", "write `timestamp depth/NAME.png`")
+        stamp = _number(words[0])
+        if not math.isfinite(stamp):
+            raise InputError(file, place, f"{words[0][:40]!r} is no time stamp", "write seconds, such as 0.033333")
+        if stamps and stamp <= stamps[-1]:
+            problem = f"stamp {stamp:.6f} is not after the one above, {stamps[-1]:.6f}"
+            raise InputError(file, place, problem, "sort the lines, each stamp once")
+        path = beside(file, words[1], place)
+        if not path.is_file():
+            raise InputError(
+                file, place, f"names {words[1]}, which is not there", "put the file there or drop the line"
+            )
+        stamps.append(stamp)
+        files.append(path)
+        places.append(place)
+    return np.array(stamps), tuple(files), tuple(places)
+
+
+def _number(word: str) -> float:
+    try:
+        return float(word.replace("_", "?"))  # float() itself takes 1_000
+    except ValueError:
+        return math.nan
+
+
+def _check_sidecar(path: Path, stream: str, files: Iterable[Path]) -> None:
+    """A stream is there for every frame or for none: a frame without a mask could mean all or nothing."""
+    folder = path / stream
+    present = {file.name for file in folder.iterdir()} if folder.is_dir() else set()
+    missing = [file.name for file in files if file.name not in present]
+    if present and missing:
+        raise InputError(folder, missing[0], "no such file, though others are there", f"add it or remove {stream}/")
+
+
+def _rgb_files(path: Path, stamps: NDArray[np.float64], within: float) -> tuple[Path | None, ...]:
+    """For each stamp the image of rgb.txt nearest in time, at most ``within`` [s] away."""
+    listed = path / layout.list_name("rgb")
+    times, files, _ = _read_list(listed) if listed.exists() else (np.empty(0), (), ())
+    if not files:
+        return (None,) * len(stamps)
+    near = np.searchsorted((times[:-1] + times[1:]) / 2, stamps)
+    return tuple(files[k] if abs(times[k] - s) <= within else None for k, s in zip(near, stamps, strict=True))

@@ -1,0 +1,68 @@
+"""The names in a run folder and what its pictures hold; the reader and the writer share them.
+
+    camera.yaml  run.yaml  groundtruth.txt  depth.txt [clean.txt rgb.txt preview.png]
+    depth/ [clean/ material/ normal/ rgb/ mask/]
+
+depth/, clean/   16-bit grey, units of the camera's depth_scale; 0 is no return or nothing hit, 65535 too far
+material/        8-bit grey, the place of the material in ``tags`` of run.yaml; 255 is nothing hit
+normal/          8-bit RGB, round((n + 1) * 127) of the unit normal in the world; 127 127 127 is nothing hit.
+                 The direction is within 0.4 degrees; 16 bits would be twice the size of the depth, and Pillow and
+                 many others cannot read 16-bit RGB.
+rgb/             8-bit grey or RGB
+mask/            any grey or RGB, non-zero where the scene may be trusted
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+DEPTH = "depth"
+STREAMS = ("clean", "material", "normal", "rgb", DEPTH)
+"""In the order in which a frame is written: where its depth is, the rest is."""
+DTYPES = {"clean": np.uint16, "material": np.uint8, "normal": np.uint8, "rgb": np.uint8, DEPTH: np.uint16}
+DIMENSIONS = {"clean": (2,), "material": (2,), "normal": (3,), "rgb": (2, 3), DEPTH: (2,)}
+LISTED = ("clean", "rgb", DEPTH)
+"""The streams with a NAME.txt, for programs that take TUM RGB-D folders."""
+SIDECARS = ("clean", "material", "normal", "mask")
+"""The streams that are read under the names of the depth files."""
+
+CAMERA, RECORD, GROUND_TRUTH = "camera.yaml", "run.yaml", "groundtruth.txt"
+PREVIEW = "preview.png"
+SCENES = ("scene.yaml", "scene.obj", "scene.glb", "scene.ply")
+
+SATURATED = 65535
+"""A depth that is too far for 16 bits."""
+
+
+def frame_name(stamp: float) -> str:
+    """The file of the frame at ``stamp`` [s]: ``0.033333.png``."""
+    return f"{stamp:.6f}.png"
+
+
+def list_name(stream: str) -> str:
+    """The file that lists a stream: ``depth.txt``."""
+    return f"{stream}.txt"
+
+
+def list_text(stream: str, stamps: NDArray[np.float64]) -> str:
+    """The text of a stream's list."""
+    lines = [f"{stamp:.6f} {stream}/{frame_name(stamp)}\n" for stamp in stamps]
+    return "# timestamp filename\n" + "".join(lines)
+
+
+def encode_normals(normals: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """(height, width, 3) unit normals, zero for none, as a picture."""
+    return np.rint((normals + np.float32(1)) * np.float32(127)).astype(np.uint8)
+
+
+def decode_normals(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """The unit normals in a picture of :func:`encode_normals`, float32; zero for none."""
+    normals = picture.astype(np.float32) - np.float32(127)
+    length = np.linalg.norm(normals, axis=-1, keepdims=True)
+    return np.divide(normals, length, out=normals, where=length > 0)
+
+
+def count_frames(folder: Path) -> int:
+    """How many depth frames lie in a run folder that has no list yet."""
+    return sum(1 for _ in (folder / DEPTH).glob("[!.]*.png"))
