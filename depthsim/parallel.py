@@ -21,6 +21,11 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=max(4, core_count()), thread_name_prefix="depthsim")
 
 
+if hasattr(os, "register_at_fork"):
+    # A forked process (a data loader's worker, say) has the pool but none of its threads, and would wait for ever.
+    os.register_at_fork(after_in_child=_pool.cache_clear)
+
+
 def run_threads(work: Callable[[int], None], threads: int) -> None:
     """Call ``work(0)`` to ``work(threads - 1)`` at the same time; the caller's own thread does the first."""
     others = [_pool().submit(work, index) for index in range(1, threads)]

@@ -42,7 +42,8 @@ def parse_yaml(text: str, path: Path) -> Any:
     """The plain value that YAML text holds."""
     try:
         return yaml.load(text, _Loader)  # _Loader is a SafeLoader
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
+    except (yaml.YAMLError, RecursionError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
+        # PyYAML lets the last four out where a tag does not fit its value, such as `!!bool x`.
         mark = getattr(error, "problem_mark", None)
         place = f"line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or str(error)

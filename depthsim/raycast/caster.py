@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.errors import InputError
 from depthsim.parallel import core_count, run_threads
 from depthsim.raycast import embree
 from depthsim.raycast.geometry import Geometry
@@ -21,11 +22,11 @@ class Caster:
     """
 
     def __init__(self, scene: Scene, backend: str | None = None) -> None:
-        backend = backend or os.environ.get("DEPTHSIM_RAYCASTER", "embree")
+        backend = backend or os.environ.get("DEPTHSIM_RAYCASTER") or "embree"
         if backend not in ("embree", "embreex"):
-            raise ValueError(f"there is no ray caster {backend!r}: use embree or embreex")
+            raise InputError("DEPTHSIM_RAYCASTER", "", f"there is no ray caster {backend!r}", "use embree or embreex")
         self.scene = scene
-        self._middle = scene.bounds.mean(axis=0)
+        self._middle = _checked_bounds(scene).mean(axis=0)
         # A miss is face -1: with NO_TAG put before the first face, face + 1 needs no test.
         self._face_tags = np.concatenate([[np.uint8(NO_TAG)], scene.face_tags]).astype(np.uint8)
         vertices = scene.vertices - self._middle
@@ -57,9 +58,14 @@ class Caster:
         right: also find out whether the right imager sees each point.
         rays: (2, height, width) float32 directions at z = 1 in place of the camera's own.
         threads: all cores by default; the result does not depend on it.
-        out: pictures of an earlier call with the same shape, to be written over.
+        out: the result of an earlier call, to be written over where its shape fits.
         """
         poses = np.asarray(poses, np.float64)
+        rays = camera.rays if rays is None else np.ascontiguousarray(rays, np.float32)
+        if rays.shape != (2, *camera.shape):
+            raise ValueError(f"rays must be {(2, *camera.shape)}, not {rays.shape}")
+        if not np.isfinite(poses).all():
+            raise ValueError("a pose is not finite")
         if poses.shape[-2:] != (4, 4) or poses.ndim not in (2, 3, 4):
             raise ValueError(f"poses must be (4, 4), (N, 4, 4) or (N, {camera.height}, 4, 4), not {poses.shape}")
         if poses.ndim == 4 and poses.shape[1] != camera.height:
@@ -67,13 +73,12 @@ class Caster:
         single = poses.ndim == 2
         poses = poses.reshape(-1, 1, 4, 4) if poses.ndim < 4 else poses
         shape = camera.shape if single else (len(poses), *camera.shape)
-        if out is None or out.depth.shape != shape or (right and out.right_sees is None):
+        if out is None or out.depth.shape != shape or right != (out.right_sees is not None):
             out = Geometry.empty(shape, right)
         pictures = out.reshaped((-1, *camera.shape))
         rows = np.empty((*poses.shape[:2], 12), np.float32)
         rows[..., :9] = poses[..., :3, :3].reshape(*poses.shape[:2], 9)
         rows[..., 9:] = poses[..., :3, 3] - self._middle
-        rays = camera.rays if rays is None else rays
         for index in range(len(poses)):
             if self._embree is not None:
                 self._cast_tiles(camera, rays, rows[index], pictures[index], right, threads or core_count())
@@ -109,3 +114,20 @@ class Caster:
             )  # fmt: skip
 
         run_threads(work, threads)
+
+
+def _checked_bounds(scene: Scene) -> NDArray[np.float64]:
+    """(2, 3) the corners of what the faces span; ValueError for a scene that the kernel must not be given."""
+    count = len(scene.vertices)
+    if not len(scene.faces):
+        raise ValueError(f"scene {scene.name!r} has no faces")
+    if scene.faces.max() >= count:
+        raise ValueError(f"scene {scene.name!r} has a face with vertex {scene.faces.max()}, but {count} vertices")
+    if len(scene.face_tags) != len(scene.faces):
+        raise ValueError(f"scene {scene.name!r} has {len(scene.faces)} faces, but {len(scene.face_tags)} tags of faces")
+    used = np.zeros(count, np.bool_)
+    used[scene.faces] = True
+    vertices = scene.vertices[used]
+    if not np.isfinite(vertices).all():
+        raise ValueError(f"scene {scene.name!r} has a vertex that is not finite")
+    return np.stack([vertices.min(axis=0), vertices.max(axis=0)])

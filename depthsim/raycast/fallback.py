@@ -5,9 +5,7 @@ from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.raycast.geometry import NO_FACE, Geometry
-
-_SKIN = np.float32(1 - 1e-3)
-"""As in the kernel: what is nearer to the point than this share of its range hides nothing."""
+from depthsim.raycast.kernel import LANES, NUDGE, SKIN, TILE
 
 
 class EmbreexScene:
@@ -36,6 +34,11 @@ class EmbreexScene:
         directions = np.stack([rays[0], rays[1], np.ones_like(rays[0])], axis=-1)
         direction = np.einsum("hwij,hwj->hwi", rotation, directions).astype(np.float32).reshape(-1, 3)
         found = self._scene.run(origin, direction, output=1)
+        missed = _may_have_slipped(found["geomID"].reshape(height, width) < 0).reshape(-1)
+        direction[missed] += NUDGE * (rotation[..., 0] + rotation[..., 1]).reshape(-1, 3)[missed]
+        again = self._scene.run(origin[missed], direction[missed], output=1)
+        for name in ("geomID", "primID", "tfar", "Ng"):
+            found[name][missed] = again[name]
         hit = found["geomID"] >= 0
         depth = np.where(hit, found["tfar"], 0).astype(np.float32)
         face = np.where(hit, found["primID"], NO_FACE).astype(np.int32)
@@ -48,8 +51,18 @@ class EmbreexScene:
         out.tag[:] = face_tags[face + 1].reshape(height, width)
         if right and out.right_sees is not None:
             sideways = rotation[..., 0].reshape(-1, 3)
-            shift = np.divide(camera.baseline, depth, out=np.zeros_like(depth), where=hit)
+            shift = np.divide(camera.baseline, depth, out=np.zeros_like(depth), where=depth > 0)
             toward = direction - sideways * shift[:, None]
             start = origin + sideways * np.float32(camera.baseline)
-            blocked = self._scene.run(start, toward, depth * _SKIN, query="OCCLUDED")
+            blocked = self._scene.run(start, toward, depth * SKIN, query="OCCLUDED")
             out.right_sees[:] = (hit & (np.asarray(blocked) < 0)).reshape(height, width)
+
+
+def _may_have_slipped(missed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The misses that are cast again, as in the kernel: those of tiles that mostly hit, or that hang over the border."""
+    height, width = missed.shape
+    rows, columns = height // TILE, width // TILE
+    again = np.ones((rows + 1, columns + 1), np.bool_)
+    tiles = missed[: rows * TILE, : columns * TILE].reshape(rows, TILE, columns, TILE)
+    again[:rows, :columns] = tiles.sum(axis=(1, 3)) <= LANES // 2
+    return missed & again.repeat(TILE, axis=0).repeat(TILE, axis=1)[:height, :width]

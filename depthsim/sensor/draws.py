@@ -59,7 +59,7 @@ def _uniform(word):
 
 @_inlined
 def _minus_log(word):
-    """-ln((word + 1/2) / 2^32), relative error below 1e-6; the smallest word gives 22.9."""
+    """-ln((w + 1/4) / 2^31), w the upper 31 bits of the word: 0 to 22.9, error below 2e-7 or 2e-7 of the value."""
     # The shift keeps the conversion within int32, which every machine has an instruction for.
     x = _f(np.int32(word >> np.uint32(1))) + _f(0.25)
     bits = float_bits(x)
@@ -75,7 +75,7 @@ def _minus_log(word):
 
 @_inlined
 def _cosine_sine(word):
-    """cos and sin of 2π·word/2^32 by their series on an eighth of the circle."""
+    """cos and sin of 2π·word/2^32 - π/4 by their series on an eighth of the circle, error below 5e-7."""
     quarter = np.int32(word >> np.uint32(30))
     # The angle from the middle of the quarter, -π/4 to π/4.
     a = _f(np.int32((word << np.uint32(2)) ^ np.uint32(0x80000000))) * _f(np.pi / 4 * 2.0**-31)

@@ -54,6 +54,11 @@ class Effect(BaseModel):
         raise NotImplementedError
 
     @property
+    def material_tags(self) -> tuple[str, ...]:
+        """The tags that the parameters name; the sensor checks that there are such materials."""
+        return ()
+
+    @property
     def is_neutral(self) -> bool:
         """Whether the effect does nothing because any one of its parameters has its neutral value."""
         return any(

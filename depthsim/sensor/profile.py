@@ -1,5 +1,6 @@
 """A sensor profile: which camera, and which effects with which parameters."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,9 @@ from depthsim.camera import Camera
 from depthsim.errors import InputError
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.yamlfile import read_mapping, validate
+
+_CAUSE_KEYS = ("effect", "parameters", "ci95", "closed_fraction", "ci95_closed", "indistinguishable_from")
+"""The keys of a cause in diagnosis.json, which may be pasted into a profile."""
 
 
 class Profile(BaseModel):
@@ -61,12 +65,11 @@ def _folder() -> Path:
 
 
 def _find(choice: str | Path) -> Path:
+    if str(choice) in profile_names():  # first, because a run's folder has a folder `clean`
+        return _folder() / f"{choice}.yaml"
     path = Path(choice)
-    built_in = _folder() / f"{choice}.yaml"
-    if path.suffix in (".yaml", ".yml") or path.exists():
+    if path.suffix in (".yaml", ".yml") or os.path.exists(path):  # which, unlike Path's, takes any text
         return path
-    if built_in.parent == _folder() and built_in.is_file():
-        return built_in
     raise InputError(choice, "", "is no sensor profile", f"give a YAML file or one of {', '.join(profile_names())}")
 
 
@@ -78,18 +81,21 @@ def _camera(value: Any, path: Path) -> Camera | None:
 
 def _effect(entry: Any, path: Path, place: str) -> Effect:
     """An effect from `id`, `{id: {…}}` or `{effect: id, parameters: {…}}`, the form of diagnosis.json."""
-    parameters: Any = {}
+    parameters: Any = None
     if isinstance(entry, str):
         effect_id = entry
     elif isinstance(entry, dict) and isinstance(entry.get("effect"), str):
-        effect_id, parameters = entry["effect"], entry.get("parameters") or {}
+        unknown = [key for key in entry if key not in _CAUSE_KEYS]
+        if unknown:
+            raise InputError(path, f"{place}.{unknown[0]}", "is not a key of an effect", "write effect and parameters")
+        effect_id, parameters = entry["effect"], entry.get("parameters")
     elif isinstance(entry, dict) and len(entry) == 1:
         effect_id, parameters = next(iter(entry.items()))
-        parameters = parameters or {}
     else:
         raise InputError(path, place, "is not an effect", "write `- id` or `- id: {parameter: value}`")
     if effect_id not in effect_ids():
         raise InputError(path, place, f"there is no effect {effect_id!r}", f"the effects are {', '.join(effect_ids())}")
+    parameters = {} if parameters is None else parameters
     if not isinstance(parameters, dict):
         raise InputError(path, f"{place}.{effect_id}", "has no parameters by name", "write {parameter: value}")
     return validate(effect_class(effect_id), parameters, path, f"{place}.{effect_id}")

@@ -8,6 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.errors import InputError
 from depthsim.materials import Materials, load_materials
 from depthsim.parallel import core_count, split
 from depthsim.raycast import Caster, Geometry
@@ -27,12 +28,24 @@ def _through_disparity(start, stop, focal_baseline, clean, depth):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _to_units(start, stop, units_per_metre, depth, units):
+def _round_to_units(start, stop, units_per_metre, depth, units):
     """Depth [m] as the camera stores it: whole units, 0 for no return, 65535 where it would not fit."""
     for i in range(start, stop):
         value = depth[i] * units_per_metre + np.float32(0.5)
+        # Written so that what is not a number becomes no return.
+        value = value if value > np.float32(0) else np.float32(0)
         value = value if value < np.float32(SATURATED) else np.float32(SATURATED)
         units[i] = np.uint16(np.int32(value))
+
+
+def to_units(
+    depth: NDArray[np.float32], camera: Camera, threads: int = 1, out: NDArray[np.uint16] | None = None
+) -> NDArray[np.uint16]:
+    """Depth [m] as the camera's 16-bit picture, halves rounded up; 0 is no return, 65535 too far for the unit."""
+    out = np.empty(depth.shape, np.uint16) if out is None else out
+    per_metre = np.float32(1 / camera.depth_scale)
+    split(_round_to_units, depth.size, threads, per_metre, depth.reshape(-1), out.reshape(-1))
+    return out
 
 
 @dataclass(frozen=True)
@@ -53,7 +66,8 @@ class Sensor:
     """Measures depth in a scene.
 
     The order of the effects is the physical one (:class:`~depthsim.sensor.effect.Stage`); those of one stage keep the
-    order in which they were given. Effects at their neutral value are left out.
+    order in which they were given. Effects at their neutral value are left out. A tag that is not among the materials
+    is an :class:`~depthsim.errors.InputError`; a parameter for a material that this scene does not have is not.
     """
 
     def __init__(
@@ -62,6 +76,17 @@ class Sensor:
         self.caster, self.camera = caster, camera
         self.materials = materials or load_materials()
         self.effects = sorted((e for e in effects if not e.is_neutral), key=lambda effect: effect.stage)
+        self._check_tags()
+
+    def _check_tags(self) -> None:
+        """Raise :class:`InputError` where the scene or an effect names a tag that is no material."""
+        scene = self.caster.scene
+        places = [(str(scene.source or scene.name), "", tag) for tag in scene.tags]
+        places += [("sensor profile", effect.id, tag) for effect in self.effects for tag in effect.material_tags]
+        for file, place, tag in places:
+            if tag not in self.materials:
+                mend = f"the tags are {', '.join(self.materials.tags)}"
+                raise InputError(file, place, f"there is no material {tag!r}", mend)
 
     def measure(
         self,
@@ -79,6 +104,8 @@ class Sensor:
         numbers. out: an earlier result of the same camera, to be written over.
         """
         threads = threads or core_count()
+        if out is not None and out.depth.shape != self.camera.shape:
+            raise ValueError(f"out has pictures of {out.depth.shape}, the camera of {self.camera.shape}")
         right = any(effect.needs_right for effect in self.effects)
         clean = self.caster.cast(self.camera, pose, right=right, threads=threads, out=out.clean if out else None)
         depth = out.depth if out else np.empty(self.camera.shape, np.float32)
@@ -90,6 +117,4 @@ class Sensor:
         )
         for effect in self.effects:
             effect.apply(frame)
-        per_metre = np.float32(1 / self.camera.depth_scale)
-        split(_to_units, depth.size, threads, per_metre, frame.depth.reshape(-1), units.reshape(-1))
-        return Measurement(units, frame.depth, clean)
+        return Measurement(to_units(frame.depth, self.camera, threads, units), frame.depth, clean)

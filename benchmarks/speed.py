@@ -1,0 +1,265 @@
+"""How fast depthsim is, side by side with its peers and with itself: every figure is a ratio from one run.
+
+    ./run python benchmarks/speed.py [--quick]
+
+Peers that are not installed are left out, and said so. Absolute times hold for this machine alone.
+"""
+
+import argparse
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from benchmarks import peers, rough_tube  # noqa: E402
+from benchmarks.measuring import machine, milliseconds, ratio, side_by_side  # noqa: E402
+from depthsim.generate import DEFAULT_STREAMS, FrameMaker  # noqa: E402
+from depthsim.materials import load_materials  # noqa: E402
+from depthsim.parallel import core_count  # noqa: E402
+from depthsim.raycast import Caster  # noqa: E402
+from depthsim.runs.writer import RunWriter  # noqa: E402
+from depthsim.sensor import Frame, Sensor, load_profile  # noqa: E402
+from depthsim.sensor.effects.fill_rate import FillRate  # noqa: E402
+from depthsim.sensor.effects.material_noise import MaterialNoise  # noqa: E402
+from depthsim.trajectory import Trajectory  # noqa: E402
+
+PAPER = (MaterialNoise(), FillRate())
+
+
+class NoiseThatLooksRight(MaterialNoise):
+    """The paper's noise, in a sensor that also asks what the right imager sees."""
+
+    needs_right = True
+
+
+class Results:
+    """The table of the issue: what was measured, and what it should reach."""
+
+    def __init__(self) -> None:
+        self.table = Table("what", "ours ms", "other ms", "figure", "at least", "", title="depthsim's speed")
+
+    def add(self, what: str, ours: float, other: float, figure: float, aim: float, more: bool) -> None:
+        """A row; ``more`` tells whether a larger figure is better."""
+        reached = figure >= aim if more else figure <= aim
+        sign = "≥" if more else "≤"
+        self.table.add_row(
+            what, f"{ours:.2f}", f"{other:.2f}", f"{figure:.2f}", f"{sign} {aim}", "yes" if reached else "[red]no[/red]"
+        )
+
+    def missing(self, what: str) -> None:
+        """A row for a peer that is not here."""
+        self.table.add_row(what, "", "", "", "", "not installed")
+
+
+def against_peers(results: Results, rounds: int, quick: bool) -> None:
+    """The clean cast, z, face, tag and cosine, against each peer in turn."""
+    camera, pose = rough_tube.camera(), rough_tube.view()
+    sizes = [("12 faces", rough_tube.box()), ("300k faces", rough_tube.tube(300_000))]
+    if not quick:
+        sizes.append(("3M faces", rough_tube.tube(3_000_000)))
+    for size, scene in sizes:
+        caster = Caster(scene)
+        out = caster.cast(camera, pose)
+        rows: list[tuple[str, Callable[[], object] | None, float, bool]] = []
+        if size == "300k faces":
+            rows += [
+                ("Open3D cast_rays", peers.open3d_cast_rays(scene, camera, pose), 4, True),
+                (f"embreex run, {core_count()} threads", peers.embreex_run(scene, camera, pose), 4, True),
+                ("bare rtcIntersect16 loop", peers.bare_loop(scene, camera, pose), 1.15, False),
+            ]
+        slower = 1.4 if size == "12 faces" else 1.0
+        for variant in ("llvm_ad_rgb", "llvm_ad_mono"):
+            rows.append((f"Mitsuba {variant}", peers.mitsuba_intersect(scene, camera, pose, variant), slower, False))
+        for name, peer, aim, faster in rows:
+            what = f"clean 848x480, {size}, against {name}"
+            if peer is None:
+                results.missing(what)
+                continue
+            seconds = side_by_side({"ours": lambda: caster.cast(camera, pose, out=out), "peer": peer}, rounds)
+            figure = ratio(seconds, "peer", "ours") if faster else ratio(seconds, "ours", "peer")
+            results.add(what, milliseconds(seconds["ours"]), milliseconds(seconds["peer"]), figure, aim, faster)
+
+
+def sensor_over_clean(results: Results, rounds: int) -> None:
+    """The paper's sensor against the clean cast, and the noise step against plain NumPy."""
+    scene, camera, pose = rough_tube.tube(300_000), rough_tube.camera(), rough_tube.view()
+    caster = Caster(scene)
+    materials = load_materials()
+    paper = Sensor(caster, camera, PAPER, materials)
+    right = Sensor(caster, camera, (NoiseThatLooksRight(), FillRate()), materials)
+    out, out_paper, out_right = caster.cast(camera, pose), paper.measure(pose), right.measure(pose)
+    frame = Frame(np.empty(camera.shape, np.float32), out, camera, scene, materials, pose, threads=core_count())
+    m_of_face = np.array([materials[tag].m for tag in scene.tags], np.float32)[scene.face_tags]
+    m, z = m_of_face[np.maximum(out.face, 0)], out.depth
+    random = np.random.default_rng(0)
+
+    def noise_step() -> None:
+        frame.depth[:] = z
+        for effect in PAPER:
+            effect.apply(frame)
+
+    def plain_numpy() -> object:
+        noisy = z + np.float32(0.005) * np.exp(m * z) * random.standard_normal(z.shape, dtype=np.float32)
+        noisy[random.random(z.shape, dtype=np.float32) < np.float32(0.01)] = 0
+        return noisy
+
+    seconds = side_by_side(
+        {
+            "clean": lambda: caster.cast(camera, pose, out=out),
+            "paper": lambda: paper.measure(pose, out=out_paper),
+            "right": lambda: right.measure(pose, out=out_right),
+            "noise": noise_step,
+            "numpy": plain_numpy,
+        },
+        rounds,
+    )
+    for what, name, aim in (
+        ("paper noise, holes, 16 bit, against clean", "paper", 1.3),
+        ("and the right imager's view, against clean", "right", 2.0),
+    ):
+        own, clean = milliseconds(seconds[name]), milliseconds(seconds["clean"])
+        results.add(what, own, clean, ratio(seconds, name, "clean"), aim, False)
+    own, other = milliseconds(seconds["noise"]), milliseconds(seconds["numpy"])
+    results.add("noise step against plain NumPy", own, other, ratio(seconds, "numpy", "noise"), 4, True)
+
+
+def to_disk(results: Results, frames: int) -> None:
+    """Frames a second with and without writing, frames side by side as `depthsim generate` makes them."""
+    scene, camera = rough_tube.tube(300_000), rough_tube.camera()
+    stamps = np.arange(frames) / 30
+    positions = np.stack([stamps, np.full(frames, 0.1), np.full(frames, 0.2)], axis=1)
+    trajectory = Trajectory(stamps, positions, np.tile([-0.5, 0.5, -0.5, 0.5], (frames, 1)))
+    sensor = Sensor(Caster(scene), camera, load_profile("paper").effects)
+    for what, streams in (("depth alone", ("depth",)), ("depth, clean, material, rgb", DEFAULT_STREAMS)):
+        maker = FrameMaker(sensor, trajectory, 0, streams)
+        writing, making = [], []
+        for _ in range(3):
+            with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(core_count()) as pool:
+                with RunWriter(Path(folder) / "run", camera, trajectory, {}, streams) as writer:
+                    begin = time.perf_counter()
+                    list(pool.map(lambda index, w=writer, m=maker: w.write_frame(index, m(index)), range(frames)))
+                    writer.finish()
+                    writing.append((time.perf_counter() - begin) / frames)
+                begin = time.perf_counter()
+                list(pool.map(maker, range(frames)))
+                making.append((time.perf_counter() - begin) / frames)
+        share = float(np.median(np.array(making) / np.array(writing)))
+        results.add(
+            f"frames/s on disk over frames/s unwritten, {what}",
+            float(np.median(writing)) * 1e3,
+            float(np.median(making)) * 1e3,
+            share,
+            0.6,
+            True,
+        )
+
+
+def growth(console: Console, rounds: int, quick: bool) -> None:
+    """How cost grows with faces and pixels."""
+    table = Table("faces", *("424x240", "848x480", "1280x720"), title="clean / paper, ms a frame")
+    scenes = [rough_tube.box(), rough_tube.tube(300_000)] + ([] if quick else [rough_tube.tube(3_000_000)])
+    for scene in scenes:
+        caster, cells = Caster(scene), []
+        for width, height in ((424, 240), (848, 480), (1280, 720)):
+            camera, pose = rough_tube.camera(width, height), rough_tube.view()
+            clean, paper = Sensor(caster, camera), Sensor(caster, camera, PAPER)
+            seconds = side_by_side(
+                {"clean": lambda s=clean: s.measure(pose), "paper": lambda s=paper: s.measure(pose)}, rounds
+            )
+            cells.append(f"{milliseconds(seconds['clean']):.1f} / {milliseconds(seconds['paper']):.1f}")
+        table.add_row(f"{len(scene.faces):,}", *cells)
+    console.print(table)
+
+
+def memory(console: Console, frames: int) -> None:
+    """Peak memory at 3M faces and growth over many frames, each in a process of its own."""
+    here = Path(__file__).resolve()
+    for what, arguments in (
+        (f"over {frames:,} frames of 424x240", ["--memory-frames", str(frames)]),
+        ("at 3M faces, 848x480", ["--memory-faces", "3000000"]),
+    ):
+        done = subprocess.run([sys.executable, str(here), *arguments], capture_output=True, text=True, check=True)
+        console.print(f"memory {what}: {done.stdout.strip()}")
+
+
+def resident() -> float:
+    """Resident memory of this process now [MB]."""
+    with open("/proc/self/statm", encoding="utf-8") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def peak() -> float:
+    """Peak resident memory of this process [MB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+
+
+def memory_over_frames(frames: int) -> None:
+    """Make frames and compare memory after a tenth of them with memory at the end."""
+    sensor = Sensor(Caster(rough_tube.box()), rough_tube.camera(424, 240), PAPER)
+    early = 0.0
+    for index in range(frames):
+        sensor.measure(rough_tube.view(), index=index)
+        if index == frames // 10:
+            early = resident()
+    print(f"{early:.0f} MB after a tenth, {resident():.0f} MB at the end, peak {peak():.0f} MB")
+
+
+def memory_at_faces(faces: int) -> None:
+    """Build a scene and make one frame."""
+    scene = rough_tube.tube(faces)
+    made = peak()
+    Sensor(Caster(scene), rough_tube.camera(), PAPER).measure(rough_tube.view())
+    print(f"peak {peak():.0f} MB (of which making the mesh with NumPy {made:.0f} MB)")
+
+
+def start_up(console: Console) -> None:
+    """Whole processes with a warm cache: the help page, and a run of one frame."""
+    depthsim = [sys.executable, "-m", "depthsim"]
+    with tempfile.TemporaryDirectory() as folder:
+        first = [*depthsim, "generate", "office", "--frames", "1", "--overwrite", "--out", f"{folder}/run"]
+        for what, command, aim in ((" --help", [*depthsim, "--help"], 0.4), (" generate, one frame", first, 2.0)):
+            seconds = []
+            for _ in range(6):
+                begin = time.perf_counter()
+                subprocess.run(command, check=True, capture_output=True)
+                seconds.append(time.perf_counter() - begin)
+            console.print(f"depthsim{what}: {np.median(seconds[1:]):.2f} s, to be at most {aim} s")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="fewer rounds, no 3M faces, no long memory run")
+    parser.add_argument("--memory-frames", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--memory-faces", type=int, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.memory_frames:
+        memory_over_frames(options.memory_frames)
+        return
+    if options.memory_faces:
+        memory_at_faces(options.memory_faces)
+        return
+    console, results = Console(), Results()
+    console.print(machine())
+    rounds = 7 if options.quick else 25
+    against_peers(results, rounds, options.quick)
+    sensor_over_clean(results, rounds)
+    to_disk(results, 20 if options.quick else 100)
+    console.print(results.table)
+    growth(console, rounds, options.quick)
+    start_up(console)
+    memory(console, 500 if options.quick else 10_000)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,5 @@
+"""`python -m depthsim` is `depthsim`."""
+
+from depthsim.cli import main
+
+main()

@@ -1,0 +1,57 @@
+"""The command line, one command a file. It is thin: read the inputs, call the library, print.
+
+Everything heavy is imported inside the commands, so that `depthsim --help` starts at once.
+"""
+
+import os
+import sys
+
+import typer
+
+from depthsim.cli.fit_material import fit_material
+from depthsim.cli.generate import generate
+from depthsim.cli.inspect import inspect
+from depthsim.cli.view import view
+from depthsim.errors import InputError
+
+app = typer.Typer(
+    help="A RealSense depth sensor on triangle meshes, and the diagnosis of its sim-to-real gap.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command()(generate)
+app.command()(inspect)
+app.command()(fit_material)
+app.command()(view)
+
+
+@app.callback(invoke_without_command=True)
+def _version(version: bool = typer.Option(False, "--version", help="Show the version.")) -> None:
+    if version:
+        from depthsim import __version__
+
+        print(f"depthsim {__version__}")
+        raise typer.Exit
+
+
+def main() -> None:
+    """Run the command line; a fault of the input is one line on stderr and exit status 2."""
+    # One thread for the little linear algebra there is: the kernels have the cores.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    try:
+        app()
+    except InputError as error:
+        print(error, file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("stopped; whole frames are kept, and the same command goes on from there", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        # Whoever read our output has gone, as in `depthsim ... | head`.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+
+
+__all__ = ["app", "main"]

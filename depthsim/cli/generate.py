@@ -1,0 +1,147 @@
+"""`depthsim generate`: a run from a scene."""
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from depthsim.cli.options import MaterialsFile, Tags, Units, Up, parse_resolution, parse_tags
+from depthsim.errors import InputError
+
+if TYPE_CHECKING:
+    from depthsim.camera import Camera
+    from depthsim.generate import Generated
+    from depthsim.runs import Run
+    from depthsim.sensor import Profile
+
+
+def generate(
+    out: Annotated[Path, typer.Option(help="The run's folder; the same command finishes a run that was broken off.")],
+    scene: Annotated[
+        str | None, typer.Argument(help="A built-in scene, a scene file, a mesh, or a folder with one.")
+    ] = None,
+    trajectory: Annotated[
+        str | None, typer.Option(help="A name in the scene, TUM file, YAML file or shape:key=value,… [default: first]")
+    ] = None,
+    sensor: Annotated[str, typer.Option(help="A sensor profile: paper, clean, or a YAML file.")] = "paper",
+    like: Annotated[Path | None, typer.Option(help="Take scene, poses, stamps and camera from this run.")] = None,
+    camera: Annotated[str | None, typer.Option(help="A preset such as d455, or a camera.yaml.")] = None,
+    resolution: Annotated[str | None, typer.Option(metavar="WxH", help="Of a preset, such as 424x240.")] = None,
+    rate: Annotated[float | None, typer.Option(help="Frames a second, in place of the camera's.")] = None,
+    frames: Annotated[int | None, typer.Option(min=1, help="Stop after this many frames.")] = None,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.")] = 0,
+    only_depth: Annotated[bool, typer.Option("--only-depth", help="No clean depth, materials and rgb.")] = False,
+    normals: Annotated[bool, typer.Option("--normals", help="Surface normals too.")] = False,
+    tag: Tags = None,
+    units: Units = None,
+    up: Up = None,
+    materials: MaterialsFile = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads. [default: all cores]")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace another run in the same folder.")] = False,
+    preview: Annotated[bool, typer.Option("--preview", help="Write preview.png, the run at a glance, too.")] = False,
+) -> None:
+    """Make a run: depth images with poses, in the layout of TUM RGB-D."""
+    from depthsim.generate import DEFAULT_STREAMS
+    from depthsim.generate import generate as make
+    from depthsim.materials import load_materials
+    from depthsim.runs import Run
+    from depthsim.scenefile import load_scene
+    from depthsim.sensor import load_profile
+    from depthsim.trajectory import resolve_trajectory
+
+    known = load_materials(materials)
+    model = Run.open(like) if like else None
+    profile = load_profile(sensor)
+    eye = _camera(camera, parse_resolution(resolution), rate, profile, model)
+    place = load_scene(_scene(scene, model), tags=parse_tags(tag), units=units, up=up, materials=known)
+    if model and trajectory is None:
+        path = model.trajectory.head(frames)
+    else:
+        path = resolve_trajectory(trajectory, place, eye.rate, frames)
+    streams = ("depth",) if only_depth else DEFAULT_STREAMS
+    streams += ("normal",) if normals else ()
+    begin = time.monotonic()
+    with _Progress() as progress:
+        made = make(
+            place, path, eye, profile, out, materials=known, seed=seed, streams=streams, threads=threads,
+            overwrite=overwrite, progress=progress,
+        )  # fmt: skip
+    _show(made, time.monotonic() - begin, preview)
+
+
+def _scene(scene: str | None, like: "Run | None") -> str | Path:
+    if scene is not None:
+        return scene
+    if like is None:
+        raise InputError("generate", "", "no scene is given", "name one, such as `depthsim generate office --out RUN`")
+    if like.scene is None:
+        raise InputError(like.path, "", "holds no scene", "name one: `depthsim generate SCENE --like RUN --out SIM`")
+    return like.scene
+
+
+def _camera(
+    choice: str | None, size: tuple[int, int] | None, rate: float | None, profile: "Profile", like: "Run | None"
+) -> "Camera":
+    """The camera that is asked for, or the other run's, or the profile's, or the D435."""
+    from depthsim.presets import preset, resolve_camera
+
+    if choice is None and like is not None:
+        camera = like.camera
+    elif choice is None:
+        camera = profile.camera or preset("d435")
+    else:
+        camera = resolve_camera(choice)
+    if size is not None:
+        camera = preset(camera.name, *size)
+    return camera if rate is None else camera.model_copy(update={"rate": rate})
+
+
+class _Progress:
+    """A bar with rate and time left on a terminal; nothing elsewhere."""
+
+    def __enter__(self) -> "_Progress":
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        console = Console(stderr=True)
+        rate = TextColumn("{task.fields[rate]:.1f} frames/s")
+        self._bar = Progress(
+            TextColumn("frames"), BarColumn(), MofNCompleteColumn(), rate, TimeRemainingColumn(),
+            console=console, disable=not console.is_terminal, transient=True,
+        )  # fmt: skip
+        self._task = self._bar.add_task("", total=None, rate=0.0)
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def __call__(self, done: int, total: int) -> None:
+        if self._bar.tasks[0].total is None:
+            self._first, self._begin = done, time.monotonic()
+        rate = (done - self._first) / max(time.monotonic() - self._begin, 1e-9)
+        self._bar.update(self._task, completed=done, total=total, rate=rate)
+
+
+def _show(made: "Generated", seconds: float, preview: bool) -> None:
+    """One line of what was done, and the pictures that are asked for; on a terminal, one frame of the run."""
+    from depthsim.runs import Run
+
+    speed = f" in {seconds:.1f} s, {made.made / seconds:.1f} frames/s" if made.made else ""
+    print(f"{made.path}: {made.frames} frames, {made.made} made now{speed}")
+    if preview:
+        from depthsim.runs import preview as sheet
+
+        sheet.preview(Run.open(made.path), made.path / "preview.png")
+        print(f"{made.path / 'preview.png'}: the run at a glance")
+    if sys.stdout.isatty():
+        from rich.console import Console
+
+        from depthsim.runs.terminal import terminal_picture
+
+        run, console = Run.open(made.path), Console()
+        middle = len(run) // 2
+        console.print(terminal_picture(run.depth(middle), min(console.width, 100)))
+        print(f"depth of frame {middle}; look closer with `depthsim view {made.path}`")

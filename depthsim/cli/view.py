@@ -1,0 +1,45 @@
+"""`depthsim view`: a scene or a run in the browser."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from depthsim.cli.options import MaterialsFile, Tags, Units, Up, parse_tags
+
+
+def view(
+    what: Annotated[str, typer.Argument(help="A scene (name, scene file or mesh), or the folder of a run.")],
+    trajectory: Annotated[str | None, typer.Option(help="For a scene: as in `depthsim generate`.")] = None,
+    sensor: Annotated[str, typer.Option(help="For a scene: a sensor profile.")] = "paper",
+    tag: Tags = None,
+    units: Units = None,
+    up: Up = None,
+    materials: MaterialsFile = None,
+    host: Annotated[str, typer.Option(help="127.0.0.1 keeps the page on this machine.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="The first free port from here is taken.")] = 8080,
+) -> None:
+    """Open a page in the browser: mesh, camera path, and the noisy point cloud of each frame."""
+    from depthsim.materials import load_materials
+    from depthsim.presets import preset
+    from depthsim.raycast import Caster
+    from depthsim.runs import Run
+    from depthsim.scenefile import load_scene
+    from depthsim.sensor import Sensor, load_profile
+    from depthsim.trajectory import resolve_trajectory
+    from viewer import RunSource, SceneSource, Viewer
+
+    known = load_materials(materials)
+    choices = {"tags": parse_tags(tag), "units": units, "up": up, "materials": known}
+    source: RunSource | SceneSource
+    if (Path(what) / "depth.txt").is_file() or (Path(what) / "run.yaml").is_file():
+        run = Run.open(Path(what))
+        source = RunSource(run, load_scene(run.scene, **choices) if run.scene else None)
+    else:
+        scene, profile = load_scene(what, **choices), load_profile(sensor)
+        camera = profile.camera or preset("d435")
+        path = resolve_trajectory(trajectory, scene, camera.rate)
+        source = SceneSource(Sensor(Caster(scene), camera, profile.effects, known), path)
+    viewer = Viewer(source, f"depthsim: {what}", host, port)
+    print(f"{what} is shown at {viewer.url} (Ctrl-C ends it)", flush=True)
+    viewer.run()

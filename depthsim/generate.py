@@ -1,0 +1,146 @@
+"""From a scene, a trajectory and a sensor to a run on disk."""
+
+import hashlib
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim import __version__
+from depthsim.camera import Camera
+from depthsim.materials import Materials, load_materials
+from depthsim.parallel import core_count
+from depthsim.raycast import Caster
+from depthsim.runs.writer import RunWriter
+from depthsim.scene import Scene
+from depthsim.scenefile.save import save_scene
+from depthsim.sensor import Profile, Sensor
+from depthsim.sensor.intensity import intensity_image
+from depthsim.sensor.sensor import Measurement, to_units
+from depthsim.trajectory import Trajectory
+
+STREAMS = ("depth", "clean", "material", "rgb", "normal")
+"""What can be written of a frame; `normal` only where it is asked for."""
+DEFAULT_STREAMS = STREAMS[:4]
+
+
+@dataclass(frozen=True)
+class Generated:
+    """What :func:`generate` did: the run's folder, its frames in all, and how many of them were made now."""
+
+    path: Path
+    frames: int
+    made: int
+
+
+def generate(
+    scene: Scene,
+    trajectory: Trajectory,
+    camera: Camera,
+    profile: Profile,
+    out: Path,
+    *,
+    materials: Materials | None = None,
+    seed: int = 0,
+    streams: tuple[str, ...] = DEFAULT_STREAMS,
+    threads: int | None = None,
+    overwrite: bool = False,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Generated:
+    """Write the run of ``profile`` along ``trajectory`` to the folder ``out``.
+
+    A run that was broken off is finished by the same call, in the same bytes. Frames are made side by side, one a
+    thread, and each depends on nothing but its number, so the bytes do not depend on ``threads`` either.
+
+    streams: which pictures to write, from :data:`STREAMS`; depth is always among them.
+    progress: called with the frames that are done and the frames in all.
+    """
+    materials = materials or load_materials()
+    record = _describe(scene, profile, materials, seed)
+    with RunWriter(out, camera, trajectory, record, streams, overwrite=overwrite) as writer:
+        missing, total = writer.missing(), len(trajectory)
+        progress(total - len(missing), total)
+        if missing:
+            save_scene(scene, out)
+            sensor = Sensor(Caster(scene), camera, profile.effects, materials)
+            maker = FrameMaker(sensor, trajectory, seed, streams)
+            _write_frames(maker, writer, missing, total, threads or core_count(), progress)
+        writer.finish()
+    return Generated(out, total, len(missing))
+
+
+def _describe(scene: Scene, profile: Profile, materials: Materials, seed: int) -> dict[str, Any]:
+    """What a run's bytes depend on besides camera and poses, for run.yaml: the same record is the same run."""
+    import yaml
+
+    return {
+        "depthsim": __version__,
+        "scene": scene.name,
+        "faces": len(scene.faces),
+        "scene_digest": _digest(scene.vertices, scene.faces, scene.face_tags),
+        "tags": list(scene.tags),
+        "materials": {tag: materials[tag].model_dump(exclude={"source", "sources", "also"}) for tag in scene.tags},
+        "profile": {key: value for key, value in yaml.safe_load(profile.to_yaml()).items() if key != "camera"},
+        "seed": seed,
+    }
+
+
+def _digest(*arrays: NDArray[Any]) -> str:
+    digest = hashlib.blake2b(digest_size=12)
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array).data)
+    return digest.hexdigest()
+
+
+class FrameMaker:
+    """Makes the pictures of a frame; each thread keeps buffers of its own."""
+
+    def __init__(self, sensor: Sensor, trajectory: Trajectory, seed: int, streams: tuple[str, ...]) -> None:
+        self._sensor, self._seed, self._streams = sensor, seed, streams
+        self._stamps, self._poses = trajectory.stamps, trajectory.matrices()
+        self._buffers = threading.local()
+
+    def __call__(self, index: int) -> dict[str, NDArray[Any]]:
+        sensor, pose = self._sensor, self._poses[index]
+        previous: Measurement | None = getattr(self._buffers, "measurement", None)
+        measured = sensor.measure(
+            pose, index=index, stamp=float(self._stamps[index]), seed=self._seed, threads=1, out=previous
+        )
+        self._buffers.measurement = measured
+        clean, scene, camera = measured.clean, sensor.caster.scene, sensor.camera
+        makers: dict[str, Callable[[], NDArray[Any]]] = {
+            "depth": lambda: measured.units,
+            "clean": lambda: to_units(clean.depth, camera),
+            "material": lambda: clean.tag,
+            "rgb": lambda: intensity_image(clean, camera, pose, scene, sensor.materials, threads=1),
+            "normal": lambda: clean.normals(scene),
+        }
+        return {stream: makers[stream]() for stream in self._streams}
+
+
+def _write_frames(
+    maker: FrameMaker,
+    writer: RunWriter,
+    missing: list[int],
+    total: int,
+    threads: int,
+    progress: Callable[[int, int], None],
+) -> None:
+    def make(index: int) -> None:
+        writer.write_frame(index, maker(index))
+
+    done = total - len(missing)
+    pool = ThreadPoolExecutor(threads)
+    try:
+        for job in as_completed([pool.submit(make, index) for index in missing]):
+            job.result()
+            done += 1
+            progress(done, total)
+    finally:
+        # After a fault or Ctrl-C the frames under way are finished and the others forgotten.
+        pool.shutdown(cancel_futures=True)

@@ -1,0 +1,137 @@
+"""Plain intensity images, so that RGB-D systems have features: shaded surfaces with a procedural texture.
+
+The texture lives in the world, so it stays on the surface while the camera moves. It is value noise (hashed corners of
+a grid, interpolated) in four octaves; an octave that is finer than the pixels is faded out, because it would flicker.
+This is no model of any real imager: depthsim's subject is depth.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from depthsim.camera import Camera
+from depthsim.materials import Materials
+from depthsim.parallel import core_count, split
+from depthsim.raycast import Geometry
+from depthsim.scene import NO_TAG, Scene
+
+_LIGHT = np.array([0.35, 0.25, 0.90], np.float32)
+"""Where the light comes from, world frame; the rest is ambient."""
+_WAVELENGTHS = (0.8, 0.2, 0.05, 0.0125)
+_BLOCK = 256
+_f, _i = np.float32, np.int32
+_inlined = njit(nogil=True, error_model="numpy", inline="always")
+
+
+@_inlined
+def _corner(x, y, z):
+    """A number in [0, 1) for a corner of the grid, by the integer hash of C. Wellons ("lowbias32")."""
+    h = (
+        np.uint32(x) * np.uint32(0x8DA6B343)
+        ^ np.uint32(y) * np.uint32(0xD8163841)
+        ^ np.uint32(z) * np.uint32(0xCB1AB31F)
+    )
+    h = np.uint32((h ^ (h >> np.uint32(16))) * np.uint32(0x7FEB352D))
+    h = np.uint32((h ^ (h >> np.uint32(15))) * np.uint32(0x846CA68B))
+    return _f(_i((h ^ (h >> np.uint32(16))) >> np.uint32(8))) * _f(2.0**-24)
+
+
+@_inlined
+def _mix(a, b, t):
+    return a + (b - a) * t
+
+
+@_inlined
+def _floor(x):
+    """The whole number at or below x, by machine instructions that every vector unit has."""
+    i = _i(x)
+    return i - _i(1) if x < _f(i) else i
+
+
+@_inlined
+def _noise(x, y, z):
+    """Value noise in [0, 1] at a point given in grid units."""
+    ix, iy, iz = _floor(x), _floor(y), _floor(z)
+    u, v, w = x - _f(ix), y - _f(iy), z - _f(iz)
+    u, v, w = u * u * (_f(3) - _f(2) * u), v * v * (_f(3) - _f(2) * v), w * w * (_f(3) - _f(2) * w)
+    jx, jy, jz = ix + _i(1), iy + _i(1), iz + _i(1)
+    bottom = _mix(
+        _mix(_corner(ix, iy, iz), _corner(jx, iy, iz), u), _mix(_corner(ix, jy, iz), _corner(jx, jy, iz), u), v
+    )
+    top = _mix(_mix(_corner(ix, iy, jz), _corner(jx, iy, jz), u), _mix(_corner(ix, jy, jz), _corner(jx, jy, jz), u), v)
+    return _mix(bottom, top, w)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray_y, depth, shading, tag, image):
+    """image = albedo · light · texture for pixels ``start`` to ``stop``."""
+    px, py, pz = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
+    texture = np.empty(_BLOCK, np.float32)
+    for at in range(start, stop, _BLOCK):
+        end = min(at + _BLOCK, stop)
+        z, x, y, out = depth[at:end], ray_x[at:end], ray_y[at:end], image[at:end]
+        light_here, tags = shading[at:end], tag[at:end]
+        for i in range(z.size):
+            px[i] = (pose[0] * x[i] + pose[1] * y[i] + pose[2]) * z[i] + pose[9]
+            py[i] = (pose[3] * x[i] + pose[4] * y[i] + pose[5]) * z[i] + pose[10]
+            pz[i] = (pose[6] * x[i] + pose[7] * y[i] + pose[8]) * z[i] + pose[11]
+            texture[i] = _f(0)
+        for octave in range(wavelengths.size):
+            length = wavelengths[octave]
+            scale = _f(1) / length
+            for i in range(z.size):
+                # Full strength from six pixels a wavelength on, none below two.
+                fade = (length / (z[i] * pixel + _f(1e-6)) - _f(2)) * _f(0.25)
+                fade = min(max(fade, _f(0)), _f(1))
+                value = _noise(px[i] * scale, py[i] * scale, pz[i] * scale)
+                # Steeper than it comes, so that patches have the edges that feature detectors look for.
+                value = min(max((value - _f(0.5)) * _f(2.5), _f(-0.5)), _f(0.5))
+                texture[i] += value * fade
+        for i in range(z.size):
+            t = tags[i]
+            grey = max(albedos[t] * light_here[i] * (_f(1) + contrasts[t] * texture[i]), _f(0))
+            # A square root for the gamma of an 8-bit camera: without it dark surfaces lose their texture.
+            out[i] = np.uint8(_i(min(np.sqrt(grey) * _f(255) + _f(0.5), _f(255))))
+
+
+def intensity_image(
+    geometry: Geometry,
+    camera: Camera,
+    pose: NDArray[np.float64],
+    scene: Scene,
+    materials: Materials,
+    threads: int | None = None,
+) -> NDArray[np.uint8]:
+    """(height, width) uint8 image of one pose's geometry; 0 where nothing is hit.
+
+    pose: (4, 4) camera to world.
+    """
+    image = np.empty(camera.shape, np.uint8)
+    # float32 loses the finest octave far from the origin; a multiple of all wavelengths near the scene takes its place.
+    origin = 256 * np.round(scene.vertices[scene.faces[0, 0]] / 256)
+    row = np.concatenate([pose[:3, :3].reshape(-1), pose[:3, 3] - origin]).astype(np.float32)
+    albedos, contrasts = np.zeros((2, NO_TAG + 1), np.float32)
+    albedos[: len(scene.tags)] = [materials[tag].albedo for tag in scene.tags]
+    contrasts[: len(scene.tags)] = [materials[tag].texture for tag in scene.tags]
+    light = _LIGHT / np.linalg.norm(_LIGHT)
+    # Walls are often seen from behind in scenes by others, so the light shines on both sides.
+    of_face = 0.45 + 0.55 * np.abs(scene.normals @ light)
+    shading = of_face.astype(np.float32)[np.maximum(geometry.face, 0)]
+    split(
+        _shade,
+        image.size,
+        threads or core_count(),
+        row,
+        np.float32(1 / camera.fx),
+        np.array(_WAVELENGTHS, np.float32),
+        albedos,
+        contrasts,
+        camera.rays[0].reshape(-1),
+        camera.rays[1].reshape(-1),
+        geometry.depth.reshape(-1),
+        shading.reshape(-1),
+        geometry.tag.reshape(-1),
+        image.reshape(-1),
+        multiple=_BLOCK,
+    )
+    return image

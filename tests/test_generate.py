@@ -1,0 +1,228 @@
+"""`generate` end to end: the same bytes whatever happens on the way."""
+
+import hashlib
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from depthsim.camera import Camera
+from depthsim.generate import generate
+from depthsim.materials import Material, Materials
+from depthsim.runs import Run
+from depthsim.scenefile import load_scene
+from depthsim.sensor import load_profile
+from depthsim.trajectory import resolve_trajectory
+
+SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
+MATERIALS = Materials({tag: Material(m=m) for tag, m in (("cement", 0.35), ("plastic", 0.85))})
+CAMERA = Camera(name="small", width=106, height=60, fx=53, fy=53, cx=52.5, cy=29.5, baseline=0.05, rate=30)
+ROOM = """
+o room
+usemtl cement
+v -3 -2 0
+v 3 -2 0
+v 3 2 0
+v -3 2 0
+v -3 -2 2.5
+v 3 -2 2.5
+v 3 2 2.5
+v -3 2 2.5
+f 1 2 3 4
+f 8 7 6 5
+f 1 5 6 2
+f 2 6 7 3
+usemtl plastic
+f 3 7 8 4
+f 4 8 5 1
+"""
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Path:
+    path = tmp_path / "room.obj"
+    path.write_text(ROOM)
+    return path
+
+
+def tree(folder: Path) -> dict[str, str]:
+    """Every file under a folder by its relative path, as a hash of its bytes."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def make(room: Path, out: Path, threads: int = 2, profile: str = "paper", frames: int = 12, seed: int = 7) -> Path:
+    scene = load_scene(room, materials=MATERIALS)
+    path = resolve_trajectory("circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward", scene, 30, frames)
+    generate(scene, path, CAMERA, load_profile(profile), out, materials=MATERIALS, seed=seed, threads=threads)
+    return out
+
+
+def test_a_run_has_all_its_parts(room: Path, tmp_path: Path) -> None:
+    run = Run.open(make(room, tmp_path / "run"))
+    assert len(run) == 12
+    assert run.camera == CAMERA
+    for stream in ("depth", "clean", "material", "rgb"):
+        assert run.has(stream), stream
+    clean, depth = run.clean(3), run.depth(3)
+    assert clean is not None
+    assert (clean > 0).all(), "a closed room has no holes"
+    assert 0 < (depth == 0).mean() < 0.05
+    assert np.abs(depth - clean)[depth > 0].std() < 0.1
+    again = load_scene(run.scene or "", materials=MATERIALS)
+    assert again.tags == ("cement", "plastic")
+    assert len(again.faces) == 12
+
+
+def test_same_bytes_for_any_number_of_threads(room: Path, tmp_path: Path) -> None:
+    runs = [tree(make(room, tmp_path / f"run{threads}", threads)) for threads in (1, 2, 4)]
+    assert runs[0] == runs[1] == runs[2]
+    other = tree(make(room, tmp_path / "other", seed=8))
+    assert other["depth/0.100000.png"] != runs[0]["depth/0.100000.png"]
+    assert other["clean/0.100000.png"] == runs[0]["clean/0.100000.png"]
+
+
+def test_clean_profile_writes_what_the_rays_met(room: Path, tmp_path: Path) -> None:
+    run = Run.open(make(room, tmp_path / "run", profile="clean"))
+    for index in range(len(run)):
+        np.testing.assert_array_equal(run.depth(index), run.clean(index))
+
+
+def test_like_takes_poses_stamps_and_camera(room: Path, tmp_path: Path) -> None:
+    first = make(room, tmp_path / "first")
+    result = depthsim(
+        "generate", "--like", str(first), "--out", str(tmp_path / "second"), "--seed", "7", "--only-depth"
+    )
+    assert result.returncode == 0, result.stderr
+    a, b = Run.open(first), Run.open(tmp_path / "second")
+    np.testing.assert_array_equal(a.stamps, b.stamps)
+    np.testing.assert_array_equal(a.poses, b.poses)
+    assert a.camera == b.camera
+    assert not b.has("rgb")
+    for index in range(len(a)):
+        np.testing.assert_array_equal(a.depth_raw(index), b.depth_raw(index))
+
+
+def test_like_a_real_recording(tmp_path: Path) -> None:
+    recording = SHARED / "d435_floor"
+    if not recording.is_dir():
+        pytest.skip(f"the real frames are not there ({recording.name} in ../shared/data)")
+    result = depthsim("generate", "--like", str(recording), "--out", str(tmp_path / "sim"), "--frames", "12")
+    assert result.returncode == 0, result.stderr
+    real, sim = Run.open(recording), Run.open(tmp_path / "sim")
+    np.testing.assert_array_equal(real.stamps[:12], sim.stamps)
+    for index in (0, 11):
+        mask, measured, clean = real.mask(index), real.depth(index), sim.clean(index)
+        assert mask is not None and clean is not None
+        good = mask & (measured > 0) & (clean > 0)
+        # The floor was fitted to these frames, so the clean cast must lie on them.
+        assert np.median(np.abs(measured - clean)[good] / clean[good]) < 0.01
+
+
+def depthsim(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run the command line in a process of its own."""
+    command = [sys.executable, "-m", "depthsim", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd)
+
+
+def test_killed_at_20_random_moments_and_resumed(room: Path, tmp_path: Path) -> None:
+    path = "circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward"
+    command = [sys.executable, "-m", "depthsim", "generate", str(room), "--trajectory", path, "--frames", "90"]
+    command += ["--resolution", "424x240", "--camera", "d435"]
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    subprocess.run([*command, "--out", str(whole)], check=True, capture_output=True)
+    expected = tree(whole)
+    generator, killed, resumed = random.Random(4), 0, 0
+    for _ in range(20):
+        process = subprocess.Popen([*command, "--out", str(broken)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        # Wait for a random number of further frames, then a random moment, which falls anywhere inside a frame.
+        already = len(list((broken / "depth").glob("*.png")))
+        wanted = already + generator.randrange(0, 40)
+        while process.poll() is None and len(list((broken / "depth").glob("[0-9]*.png"))) < min(wanted, 89):
+            time.sleep(0.001)
+        time.sleep(generator.uniform(0, 0.02))
+        process.send_signal(signal.SIGKILL)
+        killed += process.wait() == -signal.SIGKILL
+        resumed += 0 < already < 90
+        if (broken / "depth.txt").exists():
+            assert tree(broken) == expected
+            shutil.rmtree(broken)
+    subprocess.run([*command, "--out", str(broken)], check=True, capture_output=True)
+    assert tree(broken) == expected
+    assert killed >= 12, "most of the runs should have been broken off"
+    assert resumed >= 5, "several should have gone on from a broken-off run"
+
+
+def test_another_run_in_the_folder_is_refused(room: Path, tmp_path: Path) -> None:
+    out = make(room, tmp_path / "run")
+    before = tree(out)
+    result = depthsim("generate", str(room), "--like", str(out), "--seed", "8", "--out", str(out))
+    assert result.returncode == 2
+    assert "seed" in result.stderr or "profile" in result.stderr or "materials" in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert tree(out) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["generate", "--out", "x"], ["no scene", "generate office"]),
+        (["generate", "nosuch", "--out", "x"], ["nosuch", "no such scene", "office"]),
+        (["generate", "room.obj", "--out", "x"], ["trajectory"]),
+        (["generate", "room.obj", "--trajectory", "nosuch", "--out", "x"], ["nosuch", "no trajectory"]),
+        (["generate", "room.obj", "--trajectory", "nosuch.txt", "--out", "x"], ["nosuch.txt", "no such file"]),
+        (["generate", "room.obj", "--sensor", "nosuch", "--out", "x"], ["nosuch", "paper"]),
+        (["generate", "room.obj", "--camera", "d999", "--out", "x"], ["d999", "d435"]),
+        (["generate", "room.obj", "--resolution", "848", "--out", "x"], ["848", "848x480"]),
+        (["generate", "room.obj", "--tag", "cement", "--out", "x"], ["--tag", "NAME=TAG"]),
+        (["generate", "room.obj", "--tag", "cement=kryptonite", "--out", "x"], ["kryptonite", "the tags are"]),
+        (["generate", "room.obj", "--units", "furlong", "--out", "x"], ["furlong"]),
+        (["generate", "--like", "nosuch", "--out", "x"], ["nosuch", "no such folder"]),
+        (["generate", "room.obj", "--materials", "nosuch.yaml", "--out", "x"], ["nosuch.yaml", "no such file"]),
+        (["inspect", "nosuch"], ["nosuch", "no such scene"]),
+        (["view", "nosuch"], ["nosuch", "no such scene"]),
+    ],
+)
+def test_bad_calls_are_told_in_one_line(room: Path, tmp_path: Path, arguments: list[str], words: list[str]) -> None:
+    result = depthsim(*arguments, cwd=tmp_path)
+    assert result.returncode == 2, result.stderr
+    assert "Traceback" not in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
+    for word in words:
+        assert word in result.stderr
+    assert not (tmp_path / "x").exists(), "nothing is left of a run that could not begin"
+
+
+def test_start_up_imports_nothing_heavy() -> None:
+    code = "import sys, depthsim.cli; print([m for m in ('numpy', 'numba', 'trimesh', 'scipy', 'viser') if m in sys.modules])"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"
+
+
+def test_no_open3d_is_needed(room: Path, tmp_path: Path) -> None:
+    hidden = tmp_path / "hidden"
+    (hidden / "open3d").mkdir(parents=True)
+    (hidden / "open3d" / "__init__.py").write_text("raise ImportError('hidden by the test')\n")
+    path = "hover:position=0/0/1.2,look_at=2/0/1.2,duration=0.1"
+    command = [
+        sys.executable,
+        "-m",
+        "depthsim",
+        "generate",
+        str(room),
+        "--trajectory",
+        path,
+        "--out",
+        str(tmp_path / "run"),
+    ]
+    result = subprocess.run(
+        command, capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": str(hidden)}
+    )
+    assert result.returncode == 0, result.stderr

@@ -1,0 +1,8 @@
+"""`python -m viewer WHAT` is `depthsim view WHAT`."""
+
+import sys
+
+from depthsim.cli import main
+
+sys.argv.insert(1, "view")
+main()
