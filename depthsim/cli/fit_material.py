@@ -144,7 +144,8 @@ def _show(curve: "Curve", fit: "MaterialFit") -> None:
         table.add_column(escape(name), justify="right")
     for row in np.unique(np.linspace(0, fit.n - 1, min(fit.n, _MOST_ROWS)).round().astype(int)):
         table.add_row(*(form.format(values[row]) for values, form in columns.values()))
-    Console().print(table)
+    console = Console()
+    (console if console.is_terminal else Console(width=150)).print(table)
     print(words.result(fit))
     print(words.comparison(fit, curve.focal_baseline))
     for warning in words.warnings(curve, fit):
