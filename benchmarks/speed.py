@@ -7,13 +7,13 @@ Peers that are not installed are left out, and said so. Absolute times hold for 
 
 import argparse
 import os
-import resource
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,17 +22,17 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks import peers, rough_tube  # noqa: E402
-from benchmarks.measuring import machine, milliseconds, ratio, side_by_side  # noqa: E402
-from depthsim.generate import DEFAULT_STREAMS, FrameMaker  # noqa: E402
-from depthsim.materials import load_materials  # noqa: E402
-from depthsim.parallel import core_count  # noqa: E402
-from depthsim.raycast import Caster  # noqa: E402
-from depthsim.runs.writer import RunWriter  # noqa: E402
-from depthsim.sensor import Frame, Sensor, load_profile  # noqa: E402
-from depthsim.sensor.effects.fill_rate import FillRate  # noqa: E402
-from depthsim.sensor.effects.material_noise import MaterialNoise  # noqa: E402
-from depthsim.trajectory import Trajectory  # noqa: E402
+from benchmarks import peers, rough_tube
+from benchmarks.measuring import machine, milliseconds, ratio, side_by_side
+from depthsim.generate import DEFAULT_STREAMS, FrameMaker
+from depthsim.materials import load_materials
+from depthsim.parallel import core_count
+from depthsim.raycast import Caster
+from depthsim.runs.writer import RunWriter
+from depthsim.sensor import Frame, Sensor, load_profile
+from depthsim.sensor.effects.fill_rate import FillRate
+from depthsim.sensor.effects.material_noise import MaterialNoise
+from depthsim.trajectory import Trajectory
 
 PAPER = (MaterialNoise(), FillRate())
 
@@ -86,7 +86,8 @@ def against_peers(results: Results, rounds: int, quick: bool) -> None:
             if peer is None:
                 results.missing(what)
                 continue
-            seconds = side_by_side({"ours": lambda: caster.cast(camera, pose, out=out), "peer": peer}, rounds)
+            ours = partial(caster.cast, camera, pose, out=out)
+            seconds = side_by_side({"ours": ours, "peer": peer}, rounds)
             figure = ratio(seconds, "peer", "ours") if faster else ratio(seconds, "ours", "peer")
             results.add(what, milliseconds(seconds["ours"]), milliseconds(seconds["peer"]), figure, aim, faster)
 
@@ -175,7 +176,7 @@ def growth(console: Console, rounds: int, quick: bool) -> None:
             camera, pose = rough_tube.camera(width, height), rough_tube.view()
             clean, paper = Sensor(caster, camera), Sensor(caster, camera, PAPER)
             seconds = side_by_side(
-                {"clean": lambda s=clean: s.measure(pose), "paper": lambda s=paper: s.measure(pose)}, rounds
+                {"clean": partial(clean.measure, pose), "paper": partial(paper.measure, pose)}, rounds
             )
             cells.append(f"{milliseconds(seconds['clean']):.1f} / {milliseconds(seconds['paper']):.1f}")
         table.add_row(f"{len(scene.faces):,}", *cells)
@@ -200,8 +201,9 @@ def resident() -> float:
 
 
 def peak() -> float:
-    """Peak resident memory of this process [MB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    """Peak resident memory of this process [MB]; getrusage would count what its parent had."""
+    with open("/proc/self/status", encoding="utf-8") as file:
+        return next(int(line.split()[1]) for line in file if line.startswith("VmHWM")) / 1e3
 
 
 def memory_over_frames(frames: int) -> None:

@@ -56,6 +56,16 @@ class Camera(BaseModel):
                 raise ValueError(f"no ray is bent to pixel {place}: the distortion folds over inside the image")
         return self
 
+    def _fields(self) -> tuple[object, ...]:
+        return tuple(getattr(self, name) for name in type(self).model_fields)
+
+    # pydantic would compare the arrays that cached properties leave in __dict__, too.
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Camera) and self._fields() == other._fields()
+
+    def __hash__(self) -> int:
+        return hash(self._fields())
+
     @property
     def shape(self) -> tuple[int, int]:
         """(height, width) of an image [px]."""

@@ -26,7 +26,7 @@ from depthsim.trajectory import Trajectory
 
 STREAMS = ("depth", "clean", "material", "rgb", "normal")
 """What can be written of a frame; `normal` only where it is asked for."""
-DEFAULT_STREAMS = STREAMS[:4]
+DEFAULT_STREAMS: tuple[str, ...] = STREAMS[:4]
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,14 @@ def _describe(scene: Scene, profile: Profile, materials: Materials, seed: int) -
         "faces": len(scene.faces),
         "scene_digest": _digest(scene.vertices, scene.faces, scene.face_tags),
         "tags": list(scene.tags),
-        "materials": {tag: materials[tag].model_dump(exclude={"source", "sources", "also"}) for tag in scene.tags},
+        "materials": {tag: materials[tag].model_dump(exclude=_NO_EFFECT) for tag in scene.tags},
         "profile": {key: value for key, value in yaml.safe_load(profile.to_yaml()).items() if key != "camera"},
         "seed": seed,
     }
+
+
+_NO_EFFECT = {"source", "sources", "also", "color"}
+"""The keys of a material that no picture depends on."""
 
 
 def _digest(*arrays: NDArray[Any]) -> str:
@@ -106,6 +110,7 @@ class FrameMaker:
         self._buffers = threading.local()
 
     def __call__(self, index: int) -> dict[str, NDArray[Any]]:
+        """The pictures of frame ``index`` by stream; they are good until this thread makes its next frame."""
         sensor, pose = self._sensor, self._poses[index]
         previous: Measurement | None = getattr(self._buffers, "measurement", None)
         measured = sensor.measure(

@@ -20,6 +20,7 @@ class Material(BaseModel):
     gloss: FiniteFloat = Field(0.05, ge=0, le=1, description="share of the light that is mirrored")
     albedo: FiniteFloat = Field(0.5, ge=0, le=1, description="diffuse reflectance in visible light, for rgb/ images")
     texture: FiniteFloat = Field(0.3, ge=0, le=1, description="contrast of the procedural texture in rgb/ images")
+    color: str = Field("#9a9a9a", pattern="^#[0-9a-fA-F]{6}$", description="for pictures only; no effect looks at it")
 
 
 class Materials(RootModel[dict[str, Material]]):

@@ -179,3 +179,11 @@ def test_broken_files_have_one_line(tmp_path: Path, text: str, words: str) -> No
 def test_a_missing_file_says_so(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file; give the path of a camera"):
         load_camera(tmp_path / "camera.yaml")
+
+
+def test_equal_cameras_are_equal_after_their_rays_were_made() -> None:
+    a, b = (Camera(width=5, height=4, fx=3, fy=3, cx=2, cy=1.5, baseline=0.05) for _ in range(2))
+    assert a.rays.shape == b.rays.shape == (2, 4, 5)
+    assert a == b
+    assert hash(a) == hash(b)
+    assert a != a.model_copy(update={"fx": 4.0})

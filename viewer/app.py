@@ -7,7 +7,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from viewer.colours import depth_colours, tag_colours
+from depthsim.materials import Materials, load_materials
+from depthsim.runs.terminal import depth_span
+from viewer.colours import depth_colours, material_colours
 from viewer.source import Shot, Source
 
 _MOST_POINTS = 120_000
@@ -20,15 +22,16 @@ class Viewer:
     host: 127.0.0.1 keeps it on this machine. port: the first free one from here is taken.
     """
 
-    def __init__(self, source: Source, title: str, host: str = "127.0.0.1", port: int = 8080) -> None:
-        self._source = source
+    def __init__(
+        self, source: Source, title: str, host: str = "127.0.0.1", port: int = 8080, materials: Materials | None = None
+    ) -> None:
+        self._source, self._materials = source, materials or load_materials()
         self._lock = threading.Lock()
         self._server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
         self._server.scene.set_up_direction("+z")
         self._add_scene()
         first = source.shot(0)
-        depth = first.depth[first.depth > 0]
-        self._span = (float(np.quantile(depth, 0.02)), float(np.quantile(depth, 0.98))) if depth.size else (0.0, 1.0)
+        self._span = depth_span(first.depth)
         self._add_controls(first)
         self._show(0)
 
@@ -43,7 +46,7 @@ class Viewer:
             while True:
                 begin = time.monotonic()
                 if self._play.value:
-                    self._frame.value = (self._frame.value + 1) % len(self._source)
+                    self._frame.value = (self._frame.value + 1) % len(self._source)  # type: ignore[misc]
                 rest = 1 / min(self._source.camera.rate, 10.0) - (time.monotonic() - begin)
                 time.sleep(max(rest, 0.01))
         finally:
@@ -57,9 +60,10 @@ class Viewer:
         scene, api = self._source.scene, self._server.scene
         if scene is not None:
             vertices = scene.vertices.astype(np.float32)
+            colours = material_colours(scene.tags, self._materials)
             for index, tag in enumerate(scene.tags):
                 faces = scene.faces[scene.face_tags == index]
-                red, green, blue = (int(c) for c in tag_colours(np.array([index], np.uint8))[0])
+                red, green, blue = (int(channel) for channel in colours[index])
                 used, corners = np.unique(faces, return_inverse=True)
                 api.add_mesh_simple(
                     f"/scene/{tag}", vertices[used], corners.reshape(faces.shape).astype(np.uint32),

@@ -1,26 +1,21 @@
-"""Colours of tags and of depths."""
+"""Colours of materials and of depths."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-_TAGS = np.array(
-    [
-        (164, 160, 150), (196, 142, 92), (92, 132, 176), (120, 164, 104), (176, 104, 112), (148, 120, 176),
-        (204, 184, 104), (104, 172, 172), (140, 116, 92), (208, 152, 176), (112, 124, 92), (92, 100, 124),
-    ],
-    np.uint8,
-)  # fmt: skip
+from depthsim.materials import Materials
+from depthsim.runs.terminal import turbo
 
 
-def tag_colours(face_tags: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """(N, 3) RGB, one muted colour a tag; after twelve tags they come again."""
-    return _TAGS[face_tags % len(_TAGS)]
+def material_colours(tags: tuple[str, ...], materials: Materials) -> NDArray[np.uint8]:
+    """(256, 3) RGB of the tags' indices, from materials.yaml; white for the index of no tag."""
+    table = np.full((256, 3), 255, np.uint8)
+    for index, tag in enumerate(tags):
+        table[index] = list(bytes.fromhex(materials[tag].color[1:]))
+    return table
 
 
 def depth_colours(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.uint8]:
-    """RGB with a last axis of 3, turbo from ``near`` to ``far`` [m]; black where there is no return."""
-    from matplotlib import colormaps
-
-    table = (colormaps["turbo"](np.linspace(0.05, 0.95, 256))[:, :3] * 255).astype(np.uint8)
-    place = np.clip((depth - near) / max(far - near, 1e-6) * 255, 0, 255).astype(np.uint8)
-    return np.where((depth > 0)[..., None], table[place], np.uint8(0))
+    """RGB with a last axis of 3, turbo from ``near`` to ``far`` [m], logarithmic; black where there is no return."""
+    share = np.log(np.clip(depth, near, far) / near) / max(np.log(far / near), 1e-6)
+    return np.where((depth > 0)[..., None], turbo(share), np.uint8(0)).astype(np.uint8)

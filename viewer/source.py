@@ -25,8 +25,13 @@ class Shot:
 class Source(Protocol):
     """Frames by number, and the scene they were taken in, if it is known."""
 
-    camera: Camera
-    scene: Scene | None
+    @property
+    def camera(self) -> Camera:
+        """The camera of every frame."""
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene, if it is known."""
 
     def __len__(self) -> int: ...
 
@@ -42,7 +47,9 @@ class RunSource:
     """The frames of a run folder."""
 
     def __init__(self, run: Run, scene: Scene | None) -> None:
-        self._run, self.camera, self.scene = run, run.camera, scene
+        self._run = run
+        self.camera: Camera = run.camera
+        self.scene: Scene | None = scene
 
     def __len__(self) -> int:
         return len(self._run)
@@ -62,7 +69,8 @@ class SceneSource:
 
     def __init__(self, sensor: Sensor, trajectory: Trajectory) -> None:
         self._sensor, self._trajectory = sensor, trajectory
-        self.camera, self.scene = sensor.camera, sensor.caster.scene
+        self.camera: Camera = sensor.camera
+        self.scene: Scene | None = sensor.caster.scene
 
     def __len__(self) -> int:
         return len(self._trajectory)

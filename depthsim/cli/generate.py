@@ -42,7 +42,7 @@ def generate(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace another run in the same folder.")] = False,
     preview: Annotated[bool, typer.Option("--preview", help="Write preview.png, the run at a glance, too.")] = False,
 ) -> None:
-    """Make a run: depth images with poses, in the layout of TUM RGB-D."""
+    """Make a run: depth images with poses, as TUM RGB-D."""
     from depthsim.generate import DEFAULT_STREAMS
     from depthsim.generate import generate as make
     from depthsim.materials import load_materials
@@ -60,8 +60,7 @@ def generate(
         path = model.trajectory.head(frames)
     else:
         path = resolve_trajectory(trajectory, place, eye.rate, frames)
-    streams = ("depth",) if only_depth else DEFAULT_STREAMS
-    streams += ("normal",) if normals else ()
+    streams = (*(("depth",) if only_depth else DEFAULT_STREAMS), *(("normal",) if normals else ()))
     begin = time.monotonic()
     with _Progress() as progress:
         made = make(

@@ -15,7 +15,10 @@ def inspect(
     up: Up = None,
     materials: MaterialsFile = None,
 ) -> None:
-    """Show a scene's materials, sizes, holes and flipped faces; or a run's frames."""
+    """Show what a scene or a run holds.
+
+    Of a scene: materials, areas, sizes, holes and flipped faces. Of a run: camera, frames, depths and holes.
+    """
     if (Path(what) / "depth.txt").is_file() or (Path(what) / "run.yaml").is_file():
         _inspect_run(Path(what))
         return

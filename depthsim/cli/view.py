@@ -1,11 +1,14 @@
 """`depthsim view`: a scene or a run in the browser."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from depthsim.cli.options import MaterialsFile, Tags, Units, Up, parse_tags
+
+if TYPE_CHECKING:
+    from depthsim.scene import Scene
 
 
 def view(
@@ -19,7 +22,7 @@ def view(
     host: Annotated[str, typer.Option(help="127.0.0.1 keeps the page on this machine.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="The first free port from here is taken.")] = 8080,
 ) -> None:
-    """Open a page in the browser: mesh, camera path, and the noisy point cloud of each frame."""
+    """Show a scene or a run in the browser."""
     from depthsim.materials import load_materials
     from depthsim.presets import preset
     from depthsim.raycast import Caster
@@ -30,16 +33,19 @@ def view(
     from viewer import RunSource, SceneSource, Viewer
 
     known = load_materials(materials)
-    choices = {"tags": parse_tags(tag), "units": units, "up": up, "materials": known}
+
+    def load(where: str | Path) -> "Scene":
+        return load_scene(where, tags=parse_tags(tag), units=units, up=up, materials=known)
+
     source: RunSource | SceneSource
     if (Path(what) / "depth.txt").is_file() or (Path(what) / "run.yaml").is_file():
         run = Run.open(Path(what))
-        source = RunSource(run, load_scene(run.scene, **choices) if run.scene else None)
+        source = RunSource(run, load(run.scene) if run.scene else None)
     else:
-        scene, profile = load_scene(what, **choices), load_profile(sensor)
+        scene, profile = load(what), load_profile(sensor)
         camera = profile.camera or preset("d435")
         path = resolve_trajectory(trajectory, scene, camera.rate)
         source = SceneSource(Sensor(Caster(scene), camera, profile.effects, known), path)
-    viewer = Viewer(source, f"depthsim: {what}", host, port)
+    viewer = Viewer(source, f"depthsim: {what}", host, port, known)
     print(f"{what} is shown at {viewer.url} (Ctrl-C ends it)", flush=True)
     viewer.run()
