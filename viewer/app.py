@@ -1,7 +1,9 @@
 """The page: mesh, path, camera, point cloud and depth image, with a slider over the frames."""
 
+import io
 import threading
 import time
+from contextlib import redirect_stdout
 
 import numpy as np
 import viser
@@ -27,7 +29,8 @@ class Viewer:
     ) -> None:
         self._source, self._materials = source, materials or load_materials()
         self._lock = threading.Lock()
-        self._server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+        with redirect_stdout(io.StringIO()):  # viser greets on stdout, whatever `verbose` says
+            self._server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
         self._server.scene.set_up_direction("+z")
         self._add_scene()
         first = source.shot(0)
@@ -72,7 +75,7 @@ class Viewer:
         path = self._source.positions
         if len(path) > 1:
             segments = np.stack([path[:-1], path[1:]], axis=1).astype(np.float32)
-            api.add_line_segments("/path", segments, (255, 140, 0), thickness=0.01)
+            api.add_line_segments("/path", segments, (255, 140, 0), thickness=3.0, thickness_units="screen")
 
     def _add_controls(self, first: Shot) -> None:
         gui, camera = self._server.gui, self._source.camera
@@ -91,7 +94,7 @@ class Viewer:
         def _(client: viser.ClientHandle) -> None:
             # Start a little behind and above the camera, looking the way it looks.
             pose = self._source.shot(self._frame.value).pose
-            client.camera.position = tuple(pose[:3, 3] - 0.6 * pose[:3, 2] + np.array([0, 0, 0.3]))
+            client.camera.position = tuple(pose[:3, 3] - 0.8 * pose[:3, 2] + np.array([0, 0, 0.35]))
             client.camera.look_at = tuple(pose[:3, 3] + pose[:3, 2])
 
     def _show(self, index: int) -> None:
@@ -101,13 +104,13 @@ class Viewer:
         step = max(1, int(np.ceil(np.sqrt(np.count_nonzero(shot.depth) / _MOST_POINTS))))
         points, depths = _points(shot, camera.rays, step)
         holes = float((shot.depth == 0).mean())
-        thinned = f", every {step}th point each way shown" if step > 1 else ""
+        thinned = f", 1 point in {step * step} shown" if step > 1 else ""
         with self._lock, self._server.atomic():
             colours = depth_colours(depths, *self._span)
             self._server.scene.add_point_cloud("/cloud", points, colours, point_size=0.008, precision="float32")
             self._server.scene.add_camera_frustum(
                 "/camera", fov=2 * float(np.arctan(camera.height / 2 / camera.fy)), aspect=camera.width / camera.height,
-                scale=0.15, color=(255, 140, 0), wxyz=_wxyz(shot.pose), position=tuple(shot.pose[:3, 3]),
+                scale=0.12, thickness=2.0, thickness_units="screen", color=(255, 140, 0), wxyz=_wxyz(shot.pose), position=tuple(shot.pose[:3, 3]),
             )  # fmt: skip
             self._image.image = depth_colours(shot.depth, *self._span)
             near, far = self._span

@@ -8,7 +8,9 @@ import sys
 
 import typer
 
+from depthsim.cli.fit_drag import fit_drag
 from depthsim.cli.fit_material import fit_material
+from depthsim.cli.fly import fly
 from depthsim.cli.generate import generate
 from depthsim.cli.inspect import inspect
 from depthsim.cli.view import view
@@ -23,8 +25,10 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command()(generate)
+app.command()(fly)
 app.command()(inspect)
 app.command()(fit_material)
+app.command()(fit_drag)
 app.command()(view)
 
 

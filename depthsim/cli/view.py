@@ -46,6 +46,6 @@ def view(
         camera = profile.camera or preset("d435")
         path = resolve_trajectory(trajectory, scene, camera.rate)
         source = SceneSource(Sensor(Caster(scene), camera, profile.effects, known), path)
-    viewer = Viewer(source, f"depthsim: {what}", host, port, known)
+    viewer = Viewer(source, f"depthsim: {Path(what).name}", host, port, known)
     print(f"{what} is shown at {viewer.url} (Ctrl-C ends it)", flush=True)
     viewer.run()
