@@ -72,7 +72,8 @@ def validate(model: type[Model], value: Any, path: Path, place: str = "") -> Mod
         known = ", ".join(model.model_fields) if about_keys else ""
         given = first.get("input")
         shown = "" if first["type"] == "missing" or isinstance(given, dict | list) else f" (it is {given!r})"
-        mend = f"the keys are {known}" if known else "correct that value"
+        add_or_correct = "add it" if first["type"] == "missing" else "correct that value"
+        mend = f"the keys are {known}" if known else add_or_correct
         raise InputError(path, where, problem + shown[:80], mend) from None
 
 

@@ -1,6 +1,7 @@
 """The ray caster over one scene."""
 
 import os
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,8 +62,7 @@ class Caster:
         out: the result of an earlier call, to be written over where its shape fits.
         """
         poses = np.asarray(poses, np.float64)
-        rays = camera.rays if rays is None else np.ascontiguousarray(rays, np.float32)
-        if rays.shape != (2, *camera.shape):
+        if rays is not None and rays.shape != (2, *camera.shape):
             raise ValueError(f"rays must be {(2, *camera.shape)}, not {rays.shape}")
         if not np.isfinite(poses).all():
             raise ValueError("a pose is not finite")
@@ -79,17 +79,22 @@ class Caster:
         rows = np.empty((*poses.shape[:2], 12), np.float32)
         rows[..., :9] = poses[..., :3, :3].reshape(*poses.shape[:2], 9)
         rows[..., 9:] = poses[..., :3, 3] - self._middle
+        if self._embree is not None:
+            from depthsim.raycast.kernel import tile_rays
+
+            tiles = _camera_tiles(camera) if rays is None else tile_rays(rays)
         for index in range(len(poses)):
             if self._embree is not None:
-                self._cast_tiles(camera, rays, rows[index], pictures[index], right, threads or core_count())
+                self._cast_tiles(camera, tiles, rows[index], pictures[index], right, threads or core_count())
             else:
+                rays = camera.rays if rays is None else rays
                 self._embreex.cast(camera, rays, rows[index], self._face_tags, pictures[index], right)
         return out
 
     def _cast_tiles(
         self,
         camera: Camera,
-        rays: NDArray[np.float32],
+        tiles: NDArray[np.float32],
         pose: NDArray[np.float32],
         out: Geometry,
         right: bool,
@@ -110,10 +115,18 @@ class Caster:
             packet, shadow = embree.aligned(PACKET, np.float32), embree.aligned(PACKET, np.float32)
             cast_tiles(
                 counter, intersect, occluded, scene, arguments, valid, packet, shadow,
-                rays, pose, baseline, self._face_tags, out.depth, out.face, out.cosine, out.tag, right_sees,
+                tiles, pose, baseline, self._face_tags, out.depth, out.face, out.cosine, out.tag, right_sees,
             )  # fmt: skip
 
         run_threads(work, threads)
+
+
+@lru_cache(maxsize=8)
+def _camera_tiles(camera: Camera) -> NDArray[np.float32]:
+    """A camera's rays as the kernel takes them: the same for every frame."""
+    from depthsim.raycast.kernel import tile_rays
+
+    return tile_rays(camera.rays)
 
 
 def _checked_bounds(scene: Scene) -> NDArray[np.float64]:

@@ -59,7 +59,7 @@ class EmbreexScene:
 
 
 def _may_have_slipped(missed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The misses that are cast again, as in the kernel: those of tiles that mostly hit, or that hang over the border."""
+    """The misses that are cast again, as in the kernel: those of tiles that mostly hit or hang over the border."""
     height, width = missed.shape
     rows, columns = height // TILE, width // TILE
     again = np.ones((rows + 1, columns + 1), np.bool_)

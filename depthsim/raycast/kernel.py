@@ -7,6 +7,7 @@ cannot know that the picture and the packet do not overlap.
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from depthsim.llvm import bits_float, call_embree, fetch_add, float_bits
 
@@ -54,13 +55,25 @@ def _set_origin(packet, pose, k, begin, end, shift):
 
 
 @_inlined
-def _turn(packet, pose, k, begin, end):
-    """Turn the camera-frame (x, y, 1) that stand in the directions' first two rows into the world."""
+def _aim(packet, rays, row, column, pose, k, begin, end):
+    """Turn a tile's camera-frame (x, y, 1) into the world."""
     for lane in range(begin, end):
-        x, y = packet[DIRECTION_X + lane], packet[DIRECTION_Y + lane]
+        x, y = rays[0, row, column, lane], rays[1, row, column, lane]
         packet[DIRECTION_X + lane] = pose[k, 0] * x + pose[k, 1] * y + pose[k, 2]
         packet[DIRECTION_Y + lane] = pose[k, 3] * x + pose[k, 4] * y + pose[k, 5]
         packet[DIRECTION_Z + lane] = pose[k, 6] * x + pose[k, 7] * y + pose[k, 8]
+
+
+def tile_rays(rays: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(2, H, W) rays as the kernel takes them, (2, tiles down, tiles across, 16).
+
+    A tile that hangs over the border casts the last pixels again; nobody reads the copies.
+    """
+    height, width = rays.shape[1:]
+    padded = np.pad(rays, ((0, 0), (0, -height % TILE), (0, -width % TILE)), mode="edge")
+    down, across = padded.shape[1] // TILE, padded.shape[2] // TILE
+    tiles = padded.reshape(2, down, TILE, across, TILE).transpose(0, 1, 3, 2, 4)
+    return np.ascontiguousarray(tiles, np.float32).reshape(2, down, across, LANES)
 
 
 @_kernel
@@ -70,7 +83,7 @@ def cast_tiles(  # noqa: ANN201 - numba
 ):  # fmt: skip
     """Cast rows of tiles until ``counter`` has passed the last; threads that share the counter share the work.
 
-    rays: (2, H, W) x and y at z = 1, so the ray parameter of a hit is its z-depth.
+    rays: (2, tiles down, tiles across, 16) x and y at z = 1, so the ray parameter of a hit is its z-depth.
     pose: (K, 12), rotation row by row, then translation; K is 1, or H for a pose a row (rolling shutter).
     face_tags: tag of face f at f + 1, so that a miss, face -1, needs no test.
     depth, face, cosine, tag: (H, W), written. right_sees: the same, or without pixels where it is not wanted.
@@ -86,31 +99,20 @@ def cast_tiles(  # noqa: ANN201 - numba
     _set_origin(packet, pose, 0, 0, LANES, _ZERO)
     _set_origin(shadow, pose, 0, 0, LANES, baseline)
     while True:
-        v0 = TILE * fetch_add(counter.ctypes.data, 1)
+        row = fetch_add(counter.ctypes.data, 1)
+        v0 = TILE * row
         if v0 >= height:
             break
-        for u0 in range(0, width, TILE):
+        for column in range((width + TILE - 1) // TILE):
+            u0 = TILE * column
             whole = v0 + TILE <= height and u0 + TILE <= width
-            if whole:
-                for j in range(TILE):
-                    lane, v = j * TILE, v0 + j
-                    for row in range(2):
-                        a, b, c, d = rays[row, v, u0], rays[row, v, u0 + 1], rays[row, v, u0 + 2], rays[row, v, u0 + 3]
-                        _put4(packet, DIRECTION_X + row * LANES + lane, a, b, c, d)
-            else:
-                # A tile that hangs over the border casts its last pixels again; nobody reads the copies.
-                for j in range(TILE):
-                    for i in range(TILE):
-                        v, u = min(v0 + j, height - 1), min(u0 + i, width - 1)
-                        packet[DIRECTION_X + j * TILE + i] = rays[0, v, u]
-                        packet[DIRECTION_Y + j * TILE + i] = rays[1, v, u]
             if per_row:
                 for j in range(TILE):
                     k = min(v0 + j, height - 1)
                     _set_origin(packet, pose, k, j * TILE, j * TILE + TILE, _ZERO)
-                    _turn(packet, pose, k, j * TILE, j * TILE + TILE)
+                    _aim(packet, rays, row, column, pose, k, j * TILE, j * TILE + TILE)
             else:
-                _turn(packet, pose, 0, 0, LANES)
+                _aim(packet, rays, row, column, pose, 0, 0, LANES)
             for lane in range(LANES):
                 packet[FAR + lane] = _FAR_AWAY
                 packet[GEOMETRY + lane] = none
@@ -158,14 +160,6 @@ def _nudge(packet, pose, k, begin, end):
         packet[DIRECTION_X + lane] += step * (pose[k, 0] + pose[k, 1])
         packet[DIRECTION_Y + lane] += step * (pose[k, 3] + pose[k, 4])
         packet[DIRECTION_Z + lane] += step * (pose[k, 6] + pose[k, 7])
-
-
-@_inlined
-def _put4(packet, at, a, b, c, d):
-    packet[at] = a
-    packet[at + 1] = b
-    packet[at + 2] = c
-    packet[at + 3] = d
 
 
 @_inlined

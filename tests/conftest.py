@@ -1,0 +1,22 @@
+"""Set up before any test module is read."""
+
+import hashlib
+import os
+from pathlib import Path
+
+_ROOT = Path(__file__).parents[1]
+
+
+def _digest() -> str:
+    """A name for the state of all kernels."""
+    digest = hashlib.blake2b(digest_size=8)
+    for file in sorted((_ROOT / "depthsim").rglob("*.py")):
+        text = file.read_bytes()
+        if b"numba" in text:
+            digest.update(text)
+    return digest.hexdigest()
+
+
+# numba asks only whether the file of a cached kernel has changed, and not those of the functions that the kernel calls
+# (draws.py, llvm.py). With a cache for every state of the code the tests never see a kernel of yesterday.
+os.environ.setdefault("NUMBA_CACHE_DIR", str(_ROOT / ".pytest_cache" / "numba" / _digest()))
