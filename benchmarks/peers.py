@@ -7,10 +7,10 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.kernels import kernel
 from depthsim.llvm import bits_float, call_embree, fetch_add
 from depthsim.parallel import core_count, run_threads
 from depthsim.raycast import embree
@@ -41,7 +41,7 @@ def world_rays(camera: Camera, pose: NDArray) -> tuple[NDArray[np.float32], NDAr
     return np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _bare_loop(counter, intersect, scene, arguments, valid, packet, pose, fx, fy, cx, cy, width, height):
     """Aim, call rtcIntersect16, and nothing else: no result is read."""
     none = bits_float(np.int32(-1))

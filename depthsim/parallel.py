@@ -7,7 +7,7 @@ threads, because a kernel only ever writes the pixels of the range that it was g
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
 
 
@@ -29,7 +29,10 @@ if hasattr(os, "register_at_fork"):
 def run_threads(work: Callable[[int], None], threads: int) -> None:
     """Call ``work(0)`` to ``work(threads - 1)`` at the same time; the caller's own thread does the first."""
     others = [_pool().submit(work, index) for index in range(1, threads)]
-    work(0)
+    try:
+        work(0)
+    finally:
+        wait(others)  # whatever happens here, nobody goes on writing into the caller's arrays
     for other in others:
         other.result()
 

@@ -6,9 +6,9 @@ cannot know that the picture and the packet do not overlap.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from depthsim.kernels import inlined, kernel
 from depthsim.llvm import bits_float, call_embree, fetch_add, float_bits
 
 TILE = 4
@@ -37,11 +37,8 @@ SKIN = np.float32(1 - 1e-3)
 """A point is hidden from the right imager by what is nearer than this share of its own range: what is left out would
 shift the disparity by less than a hundredth of a pixel, and a surface must not hide itself."""
 
-_kernel = njit(nogil=True, cache=True, error_model="numpy")
-_inlined = njit(nogil=True, error_model="numpy", inline="always")
 
-
-@_inlined
+@inlined
 def _set_origin(packet, pose, k, begin, end, shift):
     """Put lanes ``begin`` to ``end`` where the left imager is, or the right one for ``shift`` = baseline.
 
@@ -54,7 +51,7 @@ def _set_origin(packet, pose, k, begin, end, shift):
         packet[ORIGIN_Z + lane] = z
 
 
-@_inlined
+@inlined
 def _aim(packet, rays, row, column, pose, k, begin, end):
     """Turn a tile's camera-frame (x, y, 1) into the world."""
     for lane in range(begin, end):
@@ -76,7 +73,7 @@ def tile_rays(rays: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.ascontiguousarray(tiles, np.float32).reshape(2, down, across, LANES)
 
 
-@_kernel
+@kernel
 def cast_tiles(  # noqa: ANN201 - numba
     counter, intersect, occluded, scene, arguments, valid, packet, shadow,
     rays, pose, baseline, face_tags, depth, face, cosine, tag, right_sees,
@@ -141,7 +138,7 @@ def cast_tiles(  # noqa: ANN201 - numba
                         right_sees[v0 + j, u0 + i] = np.uint8(1) if seen else np.uint8(0)
 
 
-@_inlined
+@inlined
 def _count_missed(packet):
     """The number of lanes that met nothing."""
     count = np.int32(0)
@@ -150,7 +147,7 @@ def _count_missed(packet):
     return count
 
 
-@_inlined
+@inlined
 def _nudge(packet, pose, k, begin, end):
     """Move the rays that missed by NUDGE along the image's diagonal, and mark their lanes by -1 in MISSED."""
     for lane in range(begin, end):
@@ -162,7 +159,7 @@ def _nudge(packet, pose, k, begin, end):
         packet[DIRECTION_Z + lane] += step * (pose[k, 6] + pose[k, 7])
 
 
-@_inlined
+@inlined
 def _finish(packet):
     """Work out the cosine of incidence, into a row that nobody reads, and clear what a miss left behind."""
     for lane in range(LANES):
@@ -176,7 +173,7 @@ def _finish(packet):
         packet[PRIMITIVE + lane] = packet[PRIMITIVE + lane] if hit else bits_float(_NONE)
 
 
-@_inlined
+@inlined
 def _store(packet, face_tags, whole, v0, u0, depth, face, cosine, tag):
     """Copy the lanes to their pixels; only the tiles at the border need the second form."""
     height, width = depth.shape
@@ -204,7 +201,7 @@ def _store(packet, face_tags, whole, v0, u0, depth, face, cosine, tag):
                 tag[v0 + j, u0 + i] = face_tags[float_bits(packet[PRIMITIVE + lane]) + 1]
 
 
-@_inlined
+@inlined
 def _look_from_right(packet, shadow, pose, k, begin, end, baseline):
     """Aim from the right imager at the points that were hit.
 

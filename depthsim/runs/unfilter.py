@@ -1,11 +1,12 @@
 """Undoing PNG's row filters; each pixel needs the one before it, so a loop it is, and numba makes it a fast one."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from depthsim.kernels import kernel
 
-@njit(nogil=True, cache=True)
+
+@kernel
 def unfilter(rows: NDArray[np.uint8], step: int, image: NDArray[np.uint8]) -> bool:
     """Undo the filters of PNG's section 9.2 (None, Sub, Up, Average, Paeth); False for a row with another number.
 

@@ -11,9 +11,9 @@ The kernels work in blocks of 256 numbers: Philox gives four words a step, so th
 import hashlib
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from depthsim.kernels import inlined, kernel
 from depthsim.llvm import bits_float, float_bits
 from depthsim.parallel import split
 
@@ -25,11 +25,8 @@ _WEYL_0, _WEYL_1 = np.uint32(0x9E3779B9), np.uint32(0xBB67AE85)
 _32 = np.uint64(32)
 _f = np.float32
 
-_kernel = njit(nogil=True, cache=True, error_model="numpy")
-_inlined = njit(nogil=True, error_model="numpy", inline="always")
 
-
-@_inlined
+@inlined
 def _philox_block(block, frame, stream, key, words):
     """Words 0 to 255 of block ``block``: step i of the 64 gives words i, 64 + i, 128 + i and 192 + i.
 
@@ -51,13 +48,13 @@ def _philox_block(block, frame, stream, key, words):
         words[3 * STEPS + i] = c3
 
 
-@_inlined
+@inlined
 def _uniform(word):
     """A word as float32 in (0, 1): the upper 23 bits and half a step, which float32 holds exactly."""
     return (_f(np.int32(word >> np.uint32(9))) + _f(0.5)) * _f(2.0**-23)
 
 
-@_inlined
+@inlined
 def _minus_log(word):
     """-ln((w + 1/4) / 2^31), w the upper 31 bits of the word: 0 to 22.9, error below 2e-7 or 2e-7 of the value."""
     # The shift keeps the conversion within int32, which every machine has an instruction for.
@@ -73,7 +70,7 @@ def _minus_log(word):
     return (_f(31) - _f(e)) * _f(0.6931471805599453) - series
 
 
-@_inlined
+@inlined
 def _cosine_sine(word):
     """cos and sin of 2π·word/2^32 - π/4 by their series on an eighth of the circle, error below 5e-7."""
     quarter = np.int32(word >> np.uint32(30))
@@ -89,7 +86,7 @@ def _cosine_sine(word):
     return x * sign, y * sign
 
 
-@_inlined
+@inlined
 def normal_block(block, frame, stream, key, words, normals):  # noqa: ANN201 - numba
     """Standard normal numbers 256·block to 256·block + 255. words: (256,) uint32 scratch. normals: (256,) float32."""
     _philox_block(block, frame, stream, key, words)
@@ -100,7 +97,7 @@ def normal_block(block, frame, stream, key, words, normals):  # noqa: ANN201 - n
         normals[2 * STEPS + i] = radius * s
 
 
-@_inlined
+@inlined
 def uniform_block(block, frame, stream, key, words, uniforms):  # noqa: ANN201 - numba
     """Uniform numbers 256·block to 256·block + 255 in (0, 1). Scratch and result as in :func:`normal_block`."""
     _philox_block(block, frame, stream, key, words)
@@ -108,7 +105,7 @@ def uniform_block(block, frame, stream, key, words, uniforms):  # noqa: ANN201 -
         uniforms[i] = _uniform(words[i])
 
 
-@_kernel
+@kernel
 def _fill_normal(start, stop, frame, stream, key, out):
     words, values = np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.float32)
     for at in range(start, stop, BLOCK):
@@ -117,7 +114,7 @@ def _fill_normal(start, stop, frame, stream, key, out):
         part[:] = values[: part.size]
 
 
-@_kernel
+@kernel
 def _fill_uniform(start, stop, frame, stream, key, out):
     words, values = np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.float32)
     for at in range(start, stop, BLOCK):

@@ -88,8 +88,17 @@ def _registry() -> dict[str, type[Effect]]:
 
     for module in pkgutil.iter_modules(package.__path__):
         importlib.import_module(f"{package.__name__}.{module.name}")
-    found = {kind.id: kind for kind in Effect.__subclasses__()}
+    found: dict[str, type[Effect]] = {}
+    for kind in _all_subclasses(Effect):
+        if found.setdefault(kind.id, kind) is not kind:
+            raise TypeError(f"two effects have the id {kind.id!r}: {found[kind.id].__module__} and {kind.__module__}")
     return dict(sorted(found.items(), key=lambda item: (item[1].stage, item[0])))
+
+
+def _all_subclasses(kind: type[Effect]) -> list[type[Effect]]:
+    """The classes below ``kind`` that have an id of their own."""
+    below = [sub for child in kind.__subclasses__() for sub in (child, *_all_subclasses(child))]
+    return [sub for sub in below if "id" in vars(sub)]
 
 
 def effect_ids() -> list[str]:

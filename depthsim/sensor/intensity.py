@@ -6,10 +6,10 @@ This is no model of any real imager: depthsim's subject is depth.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.kernels import inlined, kernel
 from depthsim.materials import Materials
 from depthsim.parallel import core_count, split
 from depthsim.raycast import Geometry
@@ -20,10 +20,9 @@ _LIGHT = np.array([0.35, 0.25, 0.90], np.float32)
 _WAVELENGTHS = (0.8, 0.2, 0.05, 0.0125)
 _BLOCK = 256
 _f, _i = np.float32, np.int32
-_inlined = njit(nogil=True, error_model="numpy", inline="always")
 
 
-@_inlined
+@inlined
 def _corner(x, y, z):
     """A number in [0, 1) for a corner of the grid, by the integer hash of C. Wellons ("lowbias32")."""
     h = (
@@ -36,19 +35,19 @@ def _corner(x, y, z):
     return _f(_i((h ^ (h >> np.uint32(16))) >> np.uint32(8))) * _f(2.0**-24)
 
 
-@_inlined
+@inlined
 def _mix(a, b, t):
     return a + (b - a) * t
 
 
-@_inlined
+@inlined
 def _floor(x):
     """The whole number at or below x, by machine instructions that every vector unit has."""
     i = _i(x)
     return i - _i(1) if x < _f(i) else i
 
 
-@_inlined
+@inlined
 def _noise(x, y, z):
     """Value noise in [0, 1] at a point given in grid units."""
     ix, iy, iz = _floor(x), _floor(y), _floor(z)
@@ -62,7 +61,7 @@ def _noise(x, y, z):
     return _mix(bottom, top, w)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray_y, depth, shading, tag, image):
     """image = albedo · light · texture for pixels ``start`` to ``stop``."""
     px, py, pz = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.errors import InputError
+from depthsim.kernels import kernel
 from depthsim.materials import Materials, load_materials
 from depthsim.parallel import core_count, split
 from depthsim.raycast import Caster, Geometry
@@ -19,7 +19,7 @@ SATURATED = 65535
 """The 16-bit value of a depth that is too far for the unit."""
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _through_disparity(start, stop, focal_baseline, clean, depth):
     """Z -> disparity f·b / Z -> Z (Eq. 2 of the paper: Z = b·f / (x_R - x_L)); 0 stays 0."""
     for i in range(start, stop):
@@ -27,7 +27,7 @@ def _through_disparity(start, stop, focal_baseline, clean, depth):
         depth[i] = focal_baseline / disparity if clean[i] > np.float32(0) else np.float32(0)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _round_to_units(start, stop, units_per_metre, depth, units):
     """Depth [m] as the camera stores it: whole units, 0 for no return, 65535 where it would not fit."""
     for i in range(start, stop):

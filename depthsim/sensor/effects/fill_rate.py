@@ -3,14 +3,14 @@
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
+from depthsim.kernels import kernel
 from depthsim.sensor.draws import BLOCK, uniform_block
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _make_holes(start, stop, frame, key, rate, depth):
     words, uniforms = np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.float32)
     for at in range(start, stop, BLOCK):

@@ -3,9 +3,9 @@
 from typing import Annotated, ClassVar
 
 import numpy as np
-from numba import njit
 from pydantic import Field, FiniteFloat
 
+from depthsim.kernels import inlined, kernel
 from depthsim.llvm import bits_float
 from depthsim.sensor.draws import BLOCK, normal_block
 from depthsim.sensor.effect import Effect, Stage, parameter
@@ -15,7 +15,7 @@ _f = np.float32
 _LOG2_E, _LN_2 = _f(1.4426950408889634), _f(0.6931471805599453)
 
 
-@njit(nogil=True, error_model="numpy", inline="always")
+@inlined
 def _exp(x):
     """exp(x) for x from 0 to 80, relative error below 5e-6, without a call that would stop the vector unit."""
     n = np.int32(x * _LOG2_E + _f(0.5))
@@ -24,7 +24,7 @@ def _exp(x):
     return (_f(1) + r * (_f(1) + r * (_f(0.5) + r * series))) * bits_float((n + np.int32(127)) << np.int32(23))
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _add_noise(start, stop, frame, key, floor, m_of_tag, clean, tag, depth):
     """depth += floor·exp(m·clean)·N(0, 1) where there is a return; ``start`` is a multiple of BLOCK."""
     words, normals = np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.float32)
