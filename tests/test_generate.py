@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 
 from depthsim.camera import Camera
+from depthsim.errors import InputError
 from depthsim.generate import generate
 from depthsim.materials import Material, Materials
+from depthsim.open3d_loader import load_open3d
 from depthsim.runs import Run
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
@@ -227,3 +229,24 @@ def test_no_open3d_is_needed(room: Path, tmp_path: Path) -> None:
         command, capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": str(hidden)}
     )
     assert result.returncode == 0, result.stderr
+
+
+def test_open3d_makes_a_cloud_that_lies_on_the_mesh(room: Path, tmp_path: Path) -> None:
+    try:
+        o3d = load_open3d()
+    except InputError as error:
+        pytest.skip(str(error))
+    run = Run.open(make(room, tmp_path / "run", profile="clean", frames=2))
+    camera, frame = run.camera, run.path / "depth" / run.files[1].name
+    lens = o3d.camera.PinholeCameraIntrinsic(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy)
+    image = o3d.io.read_image(str(frame))
+    extrinsic = np.linalg.inv(run.poses[1])
+    cloud = o3d.geometry.PointCloud.create_from_depth_image(image, lens, extrinsic, 1 / camera.depth_scale, 100.0)
+    points = np.asarray(cloud.points, np.float32)
+    assert len(points) == camera.width * camera.height
+    scene = load_scene(room, materials=MATERIALS)
+    mesh = o3d.t.geometry.RaycastingScene()
+    mesh.add_triangles(o3d.core.Tensor(scene.vertices.astype(np.float32)), o3d.core.Tensor(scene.faces))
+    distance = mesh.compute_distance(o3d.core.Tensor(points)).numpy()
+    # Half a unit of depth, along a ray that may be 1.5 times as long as its depth.
+    assert distance.max() < 0.75 * camera.depth_scale + 1e-5
