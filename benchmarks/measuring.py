@@ -15,8 +15,9 @@ Work = Callable[[], object]
 def side_by_side(works: Mapping[str, Work], rounds: int = 25, rest: float = 0.01) -> dict[str, list[float]]:
     """Seconds of each work in each of ``rounds`` rounds; in a round they run one after the other.
 
-    The order turns from round to round, and before each there is a ``rest`` [s]: the thread pools of some libraries
-    go on spinning for a while after their work and would slow down whoever comes next.
+    The order turns from round to round. Before each there is a ``rest`` [s], because the thread pools of some libraries
+    go on spinning for a while after their work and would slow down whoever comes next; and then an untimed call of the
+    same work, because a virtual machine's sleeping cores take a few milliseconds to come back.
     """
     names = list(works)
     for work in works.values():
@@ -25,6 +26,7 @@ def side_by_side(works: Mapping[str, Work], rounds: int = 25, rest: float = 0.01
     for turn in range(rounds):
         for name in names[turn % len(names) :] + names[: turn % len(names)]:
             time.sleep(rest)
+            works[name]()
             begin = time.perf_counter()
             works[name]()
             seconds[name].append(time.perf_counter() - begin)

@@ -44,6 +44,7 @@ from depthsim.material_fit import fit_material
 from depthsim.parallel import core_count
 from depthsim.raycast import Geometry
 from depthsim.sensor import Frame, Sensor
+from depthsim.sensor.motion import Motion
 from depthsim.sensor.sensor import SATURATED, to_units
 
 SPANS = (3.0, 6.0, 8.0)
@@ -76,7 +77,9 @@ def noise_times(rounds: int) -> dict[str, float]:
 
 def noise_step(eye: Sensor, clean: Geometry, threads: int) -> NDArray[np.uint16]:
     """What the sensor does to a clean frame."""
-    frame = Frame(clean.depth.copy(), clean, eye.camera, eye.caster.scene, eye.materials, pose(3.0), threads=threads)
+    frame = Frame(
+        clean.depth.copy(), clean, eye.camera, eye.caster.scene, eye.materials, Motion.still(pose(3.0)), threads=threads
+    )
     for effect in eye.effects:
         effect.apply(frame)
     return to_units(frame.depth, eye.camera, threads)

@@ -32,6 +32,7 @@ from depthsim.runs.writer import RunWriter
 from depthsim.sensor import Frame, Sensor, load_profile
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.material_noise import MaterialNoise
+from depthsim.sensor.motion import Motion
 from depthsim.trajectory import Trajectory
 
 PAPER = (MaterialNoise(), FillRate())
@@ -100,7 +101,9 @@ def sensor_over_clean(results: Results, rounds: int) -> None:
     paper = Sensor(caster, camera, PAPER, materials)
     right = Sensor(caster, camera, (NoiseThatLooksRight(), FillRate()), materials)
     out, out_paper, out_right = caster.cast(camera, pose), paper.measure(pose), right.measure(pose)
-    frame = Frame(np.empty(camera.shape, np.float32), out, camera, scene, materials, pose, threads=core_count())
+    frame = Frame(
+        np.empty(camera.shape, np.float32), out, camera, scene, materials, Motion.still(pose), threads=core_count()
+    )
     m_of_face = np.array([materials[tag].m for tag in scene.tags], np.float32)[scene.face_tags]
     m, z = m_of_face[np.maximum(out.face, 0)], out.depth
     random = np.random.default_rng(0)

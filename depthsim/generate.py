@@ -21,6 +21,7 @@ from depthsim.scene import Scene
 from depthsim.scenefile.save import save_scene
 from depthsim.sensor import Profile, Sensor
 from depthsim.sensor.intensity import intensity_image
+from depthsim.sensor.motion import Motion
 from depthsim.sensor.sensor import Measurement, to_units
 from depthsim.trajectory import Trajectory
 
@@ -107,6 +108,7 @@ class FrameMaker:
     def __init__(self, sensor: Sensor, trajectory: Trajectory, seed: int, streams: tuple[str, ...]) -> None:
         self._sensor, self._seed, self._streams = sensor, seed, streams
         self._stamps, self._poses = trajectory.stamps, trajectory.matrices()
+        self._motion = Motion.along(trajectory)
         self._buffers = threading.local()
 
     def __call__(self, index: int) -> dict[str, NDArray[Any]]:
@@ -114,7 +116,13 @@ class FrameMaker:
         sensor, pose = self._sensor, self._poses[index]
         previous: Measurement | None = getattr(self._buffers, "measurement", None)
         measured = sensor.measure(
-            pose, index=index, stamp=float(self._stamps[index]), seed=self._seed, threads=1, out=previous
+            pose,
+            index=index,
+            stamp=float(self._stamps[index]),
+            seed=self._seed,
+            motion=self._motion,
+            threads=1,
+            out=previous,
         )
         self._buffers.measurement = measured
         clean, scene, camera = measured.clean, sensor.caster.scene, sensor.camera

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field
 
 from depthsim.sensor.frame import Frame
+from depthsim.sensor.view import View
 
 
 class Stage(IntEnum):
@@ -38,7 +39,8 @@ class Effect(BaseModel):
     """One physical effect of a depth sensor, with its parameters as fields.
 
     A subclass sets ``id``, ``stage`` and ``source``, declares its parameters with :func:`parameter`, and acts in
-    :meth:`apply`. An effect whose parameters are all neutral is left out of the sensor and so changes not one bit.
+    :meth:`apply`, or in :meth:`bend` where the rays themselves are others. An effect whose parameters are all neutral
+    is left out of the sensor and so changes not one bit.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -46,11 +48,17 @@ class Effect(BaseModel):
     id: ClassVar[str]
     stage: ClassVar[Stage]
     source: ClassVar[str]
+    rank: ClassVar[int] = 0
+    """the order within a stage; effects of one rank act in the order of their ids"""
     needs_right: ClassVar[bool] = False
     """whether the effect asks what the right imager sees"""
 
+    def bend(self, view: View) -> None:
+        """Change what the frame is cast with; for the stages POSE and OPTICS."""
+        raise NotImplementedError
+
     def apply(self, frame: Frame) -> None:
-        """Change ``frame`` in place."""
+        """Change ``frame`` in place; for every later stage."""
         raise NotImplementedError
 
     @property
@@ -82,6 +90,11 @@ def neutral_value(effect: type[Effect], name: str) -> float | None:
     return float(value) if isinstance(value, int | float) else None
 
 
+def physical_order(effect: Effect | type[Effect]) -> tuple[int, int, str]:
+    """Where an effect comes in the physical order: sort by this."""
+    return int(effect.stage), effect.rank, effect.id
+
+
 @cache
 def _registry() -> dict[str, type[Effect]]:
     import depthsim.sensor.effects as package
@@ -92,7 +105,7 @@ def _registry() -> dict[str, type[Effect]]:
     for kind in _all_subclasses(Effect):
         if found.setdefault(kind.id, kind) is not kind:
             raise TypeError(f"two effects have the id {kind.id!r}: {found[kind.id].__module__} and {kind.__module__}")
-    return dict(sorted(found.items(), key=lambda item: (item[1].stage, item[0])))
+    return dict(sorted(found.items(), key=lambda item: physical_order(item[1])))
 
 
 def _all_subclasses(kind: type[Effect]) -> list[type[Effect]]:

@@ -12,6 +12,7 @@ from depthsim.parallel import split
 from depthsim.raycast import Geometry
 from depthsim.scene import NO_TAG, Scene
 from depthsim.sensor.draws import Draws
+from depthsim.sensor.motion import Motion
 
 
 @dataclass
@@ -19,17 +20,17 @@ class Frame:
     """What an effect sees and changes.
 
     depth: (height, width) float32, the depth as measured so far [m]; 0 is no return. Effects change it in place.
-    clean: the geometry as it is, for effects that depend on range, incidence, material or visibility.
+    geometry: what the rays met, for effects that depend on range, incidence, material or visibility.
     index, stamp: which frame of the run it is, and when it was taken [s].
-    pose: (4, 4) camera to world.
+    motion: where the camera is, in time.
     """
 
     depth: NDArray[np.float32]
-    clean: Geometry
+    geometry: Geometry
     camera: Camera
     scene: Scene
     materials: Materials
-    pose: NDArray[np.float64]
+    motion: Motion
     seed: int = 0
     index: int = 0
     stamp: float = 0.0
@@ -46,7 +47,7 @@ class Frame:
         split(kernel, self.depth.size, self.threads, *arguments, multiple=multiple)
 
     def by_tag(self, values: dict[str, float]) -> NDArray[np.float32]:
-        """(256,) float32: a value for each tag index of the scene, 0 for no tag; look up with ``clean.tag``."""
+        """(256,) float32: a value for each tag index of the scene, 0 for no tag; look up with ``geometry.tag``."""
         table = np.zeros(NO_TAG + 1, np.float32)
         table[: len(self.scene.tags)] = [values[tag] for tag in self.scene.tags]
         return table

@@ -12,8 +12,10 @@ from depthsim.kernels import kernel
 from depthsim.materials import Materials, load_materials
 from depthsim.parallel import core_count, split
 from depthsim.raycast import Caster, Geometry
-from depthsim.sensor.effect import Effect
+from depthsim.sensor.effect import Effect, Stage, physical_order
 from depthsim.sensor.frame import Frame
+from depthsim.sensor.motion import Motion
+from depthsim.sensor.view import View
 
 SATURATED = 65535
 """The 16-bit value of a depth that is too far for the unit."""
@@ -54,7 +56,7 @@ class Measurement:
 
     units: (height, width) uint16, depth in units of camera.depth_scale; 0 is no return, 65535 too far.
     depth: (height, width) float32, the same before it was rounded [m].
-    clean: the geometry as it is.
+    clean: the geometry as it is, along the rays and from the pose that the camera believes in.
     """
 
     units: NDArray[np.uint16]
@@ -65,9 +67,9 @@ class Measurement:
 class Sensor:
     """Measures depth in a scene.
 
-    The order of the effects is the physical one (:class:`~depthsim.sensor.effect.Stage`); those of one stage keep the
-    order in which they were given. Effects at their neutral value are left out. A tag that is not among the materials
-    is an :class:`~depthsim.errors.InputError`; a parameter for a material that this scene does not have is not.
+    The order of the effects is the physical one (:func:`~depthsim.sensor.effect.physical_order`), whatever the order
+    in which they were given. Effects at their neutral value are left out. A tag that is not among the materials is an
+    :class:`~depthsim.errors.InputError`; a parameter for a material that this scene does not have is not.
     """
 
     def __init__(
@@ -75,7 +77,7 @@ class Sensor:
     ) -> None:
         self.caster, self.camera = caster, camera
         self.materials = materials or load_materials()
-        self.effects = sorted((e for e in effects if not e.is_neutral), key=lambda effect: effect.stage)
+        self.effects = sorted((e for e in effects if not e.is_neutral), key=physical_order)
         self._check_tags()
 
     def _check_tags(self) -> None:
@@ -95,26 +97,38 @@ class Sensor:
         index: int = 0,
         stamp: float = 0.0,
         seed: int = 0,
+        motion: Motion | None = None,
         threads: int | None = None,
         out: Measurement | None = None,
     ) -> Measurement:
         """One frame.
 
         pose: (4, 4) camera to world. index: the number of the frame in its run; with ``seed`` it keys the random
-        numbers. out: an earlier result of the same camera, to be written over.
+        numbers. stamp: when the frame is taken [s]. motion: the camera's path around ``stamp``, for effects of motion
+        and time; it stands still without. out: an earlier result of the same camera, to be written over.
         """
         threads = threads or core_count()
         if out is not None and out.depth.shape != self.camera.shape:
             raise ValueError(f"out has pictures of {out.depth.shape}, the camera of {self.camera.shape}")
+        motion = motion or Motion.still(np.asarray(pose, np.float64))
         right = any(effect.needs_right for effect in self.effects)
-        clean = self.caster.cast(self.camera, pose, right=right, threads=threads, out=out.clean if out else None)
+        bending = [effect for effect in self.effects if effect.stage <= Stage.OPTICS]
+        clean = self.caster.cast(
+            self.camera, pose, right=right and not bending, threads=threads, out=out.clean if out else None
+        )
+        met = clean
+        if bending:
+            view = View(np.asarray(pose), self.camera.rays, self.camera, motion, seed, index, stamp, threads)
+            for effect in bending:
+                effect.bend(view)
+            poses = view.pose if view.pose.ndim == 2 else view.pose[None]
+            met = self.caster.cast(self.camera, poses, right=right, rays=view.rays, threads=threads)
+            met = met if view.pose.ndim == 2 else met[0]
         depth = out.depth if out else np.empty(self.camera.shape, np.float32)
         units = out.units if out else np.empty(self.camera.shape, np.uint16)
         focal_baseline = np.float32(self.camera.focal_baseline)
-        split(_through_disparity, depth.size, threads, focal_baseline, clean.depth.reshape(-1), depth.reshape(-1))
-        frame = Frame(
-            depth, clean, self.camera, self.caster.scene, self.materials, np.asarray(pose), seed, index, stamp, threads
-        )
-        for effect in self.effects:
+        split(_through_disparity, depth.size, threads, focal_baseline, met.depth.reshape(-1), depth.reshape(-1))
+        frame = Frame(depth, met, self.camera, self.caster.scene, self.materials, motion, seed, index, stamp, threads)
+        for effect in self.effects[len(bending) :]:
             effect.apply(frame)
         return Measurement(to_units(frame.depth, self.camera, threads, units), frame.depth, clean)

@@ -80,8 +80,8 @@ class MaterialNoise(Effect):
             draws.key,
             np.float32(self.floor),
             frame.by_tag(m),
-            frame.clean.depth.reshape(-1),
-            frame.clean.tag.reshape(-1),
+            frame.geometry.depth.reshape(-1),
+            frame.geometry.tag.reshape(-1),
             frame.depth.reshape(-1),
             multiple=BLOCK,
         )

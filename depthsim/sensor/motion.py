@@ -1,0 +1,52 @@
+"""Where the camera is at any time, for the effects that ask: stamps that are off, rows one after another, motion."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from depthsim.trajectory import Trajectory
+from depthsim.trajectory.rotation import rotation_matrices, slerp
+
+
+class Motion:
+    """The camera's pose as a function of time: a trajectory that goes on beyond its ends as it came and left.
+
+    poses: (N, 4, 4) of the trajectory, camera to world.
+    """
+
+    def __init__(self, trajectory: Trajectory | None, poses: NDArray[np.float64]) -> None:
+        self._trajectory, self._poses = trajectory, poses
+
+    @classmethod
+    def along(cls, trajectory: Trajectory) -> "Motion":
+        """A camera that goes along ``trajectory``; one pose stands still."""
+        return cls(trajectory if len(trajectory) > 1 else None, trajectory.matrices())
+
+    @classmethod
+    def still(cls, pose: NDArray[np.float64]) -> "Motion":
+        """A camera that stands at ``pose``, (4, 4) camera to world."""
+        return cls(None, np.asarray(pose, np.float64)[None])
+
+    def at(self, stamps: ArrayLike) -> NDArray[np.float64]:
+        """(N, 4, 4) poses, camera to world, at ``stamps`` [s]: linear and slerp between the trajectory's poses.
+
+        Beyond the ends the velocities of the first and the last interval go on.
+        """
+        wanted = np.atleast_1d(np.asarray(stamps, np.float64))
+        known = self._trajectory
+        poses = np.repeat(self._poses[:1], len(wanted), axis=0)
+        if known is None:
+            return poses
+        after = np.clip(np.searchsorted(known.stamps, wanted, side="right"), 1, len(known) - 1)
+        before = after - 1
+        share = (wanted - known.stamps[before]) / (known.stamps[after] - known.stamps[before])
+        step = known.positions[after] - known.positions[before]
+        poses[:, :3, 3] = known.positions[before] + share[:, None] * step
+        poses[:, :3, :3] = rotation_matrices(slerp(known.quaternions[before], known.quaternions[after], share))
+        return poses
+
+    def speeds(self, stamp: float, step: float = 5e-3) -> tuple[float, float]:
+        """Linear speed [m/s] and angular speed [rad/s] at ``stamp``, by the difference over two ``step``s [s]."""
+        first, last = self.at([stamp - step, stamp + step])
+        turn = (np.trace(first[:3, :3].T @ last[:3, :3]) - 1) / 2
+        linear = float(np.linalg.norm(last[:3, 3] - first[:3, 3])) / (2 * step)
+        return linear, float(np.arccos(np.clip(turn, -1, 1))) / (2 * step)

@@ -1,0 +1,33 @@
+"""What a frame is cast with: the poses and the rays, which the effects of pose and optics change."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.camera import Camera
+from depthsim.sensor.draws import Draws
+from depthsim.sensor.motion import Motion
+
+
+@dataclass
+class View:
+    """The poses and rays of one frame, before it is cast.
+
+    pose: camera to world, (4, 4), or (height, 4, 4) for a pose a row. rays: (2, height, width) float32, x and y of
+    each pixel's ray at z = 1. Effects put new arrays in their place.
+    stamp: when the frame was taken, by its own account [s]. motion: where the camera is, in time.
+    """
+
+    pose: NDArray[np.float64]
+    rays: NDArray[np.float32]
+    camera: Camera
+    motion: Motion
+    seed: int
+    index: int
+    stamp: float
+    threads: int = 1
+
+    def draws(self, name: str) -> Draws:
+        """Random numbers of one effect."""
+        return Draws(self.seed, name, self.index, self.threads)
