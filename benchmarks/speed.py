@@ -254,7 +254,7 @@ def main() -> None:
     if options.memory_faces:
         memory_at_faces(options.memory_faces)
         return
-    console, results = Console(), Results()
+    console, results = Console(width=None if sys.stdout.isatty() else 120), Results()
     console.print(machine())
     rounds = 7 if options.quick else 25
     against_peers(results, rounds, options.quick)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 def fit_drag(
     logs: Annotated[list[Path], typer.Argument(help="Flights to fit: flight.csv files, or logs of NanoBench.")],
+    out: Annotated[Path, typer.Option(help="A folder for vehicle.yaml, the table (CSV) and the picture (PNG).")],
     test: Annotated[
         list[Path] | None, typer.Option(help="A flight to judge on, may be repeated. [default: all take turns]")
     ] = None,
@@ -24,9 +25,6 @@ def fit_drag(
     from_velocity: Annotated[
         bool, typer.Option("--from-velocity", help="Take the force from velocities, not from the accelerometer.")
     ] = False,
-    out: Annotated[Path, typer.Option(help="A folder for vehicle.yaml, the table (CSV) and the picture (PNG).")] = Path(
-        "fit"
-    ),
 ) -> None:
     """Fit every drag law and the thrust map to flights, and judge them on flights they have not seen."""
     from depthsim.flight.fit import craft_of, words
@@ -69,7 +67,7 @@ def _show(fit: "DragFit") -> None:
 
     console = Console()
     split = fit.laws[0].judgement.splits
-    table = Table(title=f"{fit.vehicle.name}: RMSE on unseen flights [m/s²], {split} split{'s' * (split > 1)}")
+    table = Table(title=f"{fit.vehicle.name}: RMSE on unseen flights, m/s², {split} split{'s' * (split > 1)}")
     table.add_column("law")
     for name in ("coefficient", "95 % interval", "at 1 m/s"):
         table.add_column(name, justify="right")

@@ -41,6 +41,7 @@ def fly(
 ) -> None:
     """Fly a path: flight.csv, groundtruth.txt, imu.csv and vehicle.yaml, for `depthsim generate --fly`."""
     from depthsim.flight.fly import fly as take_off
+    from depthsim.flight.fly import refuse_run
     from depthsim.flight.imu import GYRO_RATES
     from depthsim.flight.pathspec import resolve_path
     from depthsim.flight.vehicle import load_vehicle
@@ -49,6 +50,7 @@ def fly(
 
     if imu_rate not in GYRO_RATES:
         raise InputError("--imu-rate", str(imu_rate), "is no rate of the gyroscope", "give 200 or 400")
+    refuse_run(out)
     flight = take_off(
         resolve_path(path, speed),
         load_vehicle(vehicle),

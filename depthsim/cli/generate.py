@@ -12,8 +12,10 @@ from depthsim.errors import InputError
 
 if TYPE_CHECKING:
     from depthsim.camera import Camera
+    from depthsim.flight.spec import Ride
     from depthsim.generate import Generated
     from depthsim.runs import Run
+    from depthsim.scene import Scene
     from depthsim.sensor import Profile
 
 
@@ -27,6 +29,9 @@ def generate(
     ] = None,
     sensor: Annotated[str, typer.Option(help="A sensor profile: paper, clean, or a YAML file.")] = "paper",
     like: Annotated[Path | None, typer.Option(help="Take scene, poses, stamps and camera from this run.")] = None,
+    fly: Annotated[
+        Path | None, typer.Option(help="Ride on a flight: the folder that `depthsim fly` wrote, or its YAML file.")
+    ] = None,
     camera: Annotated[str | None, typer.Option(help="A preset such as d455, or a camera.yaml.")] = None,
     resolution: Annotated[str | None, typer.Option(metavar="WxH", help="Of a preset, such as 424x240.")] = None,
     rate: Annotated[float | None, typer.Option(help="Frames a second, in place of the camera's.")] = None,
@@ -56,7 +61,10 @@ def generate(
     profile = load_profile(sensor)
     eye = _camera(camera, parse_resolution(resolution), rate, profile, model)
     place = load_scene(_scene(scene, model), tags=parse_tags(tag), units=units, up=up, materials=known)
-    if model and trajectory is None:
+    ride = _ride(fly, trajectory, like, place)
+    if ride:
+        path = ride.camera.sampled(eye.rate, frames)
+    elif model and trajectory is None:
         path = model.trajectory.head(frames)
     else:
         path = resolve_trajectory(trajectory, place, eye.rate, frames)
@@ -67,7 +75,22 @@ def generate(
             place, path, eye, profile, out, materials=known, seed=seed, streams=streams, threads=threads,
             overwrite=overwrite, progress=progress,
         )  # fmt: skip
+    if ride:
+        ride.write(out)
+        if ride.contact:
+            print(f"{out}: the flight {ride.contact}; it goes on as if nothing were there", file=sys.stderr)
     _show(made, time.monotonic() - begin, preview)
+
+
+def _ride(fly: Path | None, trajectory: str | None, like: Path | None, scene: "Scene") -> "Ride | None":
+    """The flight that carries the camera."""
+    if fly is None:
+        return None
+    from depthsim.flight.spec import open_ride
+
+    if trajectory is not None or like is not None:
+        raise InputError("generate", "", "has --fly and another trajectory", "leave out --trajectory and --like")
+    return open_ride(fly, scene)
 
 
 def _scene(scene: str | None, like: "Run | None") -> str | Path:

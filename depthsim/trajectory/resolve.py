@@ -73,7 +73,7 @@ def _find(choice: str | Path | None, scene: Scene | None) -> tuple[Motion | Traj
         return parse_spec(read_mapping(path, "a trajectory specification"), path), path, ""
     shape, colon, keys = str(choice).partition(":")
     if colon and shape in SHAPES:
-        return parse_spec({"shape": shape, **_inline(keys, path)}, path), path, ""
+        return parse_spec({"shape": shape, **inline_keys(keys, path)}, path), path, ""
     names = f"one of the scene's ({', '.join(known)}), " if known else ""
     raise InputError(str(choice), "", "is no trajectory", f"give {names}{_forms()}")
 
@@ -82,7 +82,7 @@ def _forms() -> str:
     return f"a TUM .txt file, a .yaml file, or a shape such as circle:radius=2,speed=1 ({', '.join(SHAPES)})"
 
 
-def _inline(text: str, path: Path) -> dict[str, Any]:
+def inline_keys(text: str, path: Path) -> dict[str, Any]:
     """`key=value` pairs between commas. A point is x/y/z; several are separated by semicolons."""
     spec: dict[str, Any] = {}
     for pair in filter(None, text.split(",")):
