@@ -109,9 +109,16 @@ class Viewer:
             colours = depth_colours(depths, *self._span)
             self._server.scene.add_point_cloud("/cloud", points, colours, point_size=0.008, precision="float32")
             self._server.scene.add_camera_frustum(
-                "/camera", fov=2 * float(np.arctan(camera.height / 2 / camera.fy)), aspect=camera.width / camera.height,
-                scale=0.12, thickness=2.0, thickness_units="screen", color=(255, 140, 0), wxyz=_wxyz(shot.pose), position=tuple(shot.pose[:3, 3]),
-            )  # fmt: skip
+                "/camera",
+                fov=2 * float(np.arctan(camera.height / 2 / camera.fy)),
+                aspect=camera.width / camera.height,
+                scale=0.12,
+                thickness=2.0,
+                thickness_units="screen",
+                color=(255, 140, 0),
+                wxyz=_wxyz(shot.pose),
+                position=tuple(shot.pose[:3, 3]),
+            )
             self._image.image = depth_colours(shot.depth, *self._span)
             near, far = self._span
             self._text.content = f"{holes:.1%} holes{thinned}. Colours from {near:.2f} to {far:.2f} m."
