@@ -162,6 +162,29 @@ def test_killed_at_20_random_moments_and_resumed(room: Path, tmp_path: Path) -> 
     assert resumed >= 5, "several should have gone on from a broken-off run"
 
 
+def test_ctrl_c_keeps_whole_frames_and_says_so(room: Path, tmp_path: Path) -> None:
+    path = "circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward,laps=20"
+    command = [
+        sys.executable,
+        "-m",
+        "depthsim",
+        "generate",
+        str(room),
+        "--trajectory",
+        path,
+        "--out",
+        str(tmp_path / "run"),
+    ]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while process.poll() is None and not list((tmp_path / "run" / "depth").glob("[0-9]*.png")):
+        time.sleep(0.005)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert told.strip().splitlines() == ["stopped; whole frames are kept, and the same command goes on from there"]
+    assert not list((tmp_path / "run").rglob("*.tmp"))
+
+
 def test_another_run_in_the_folder_is_refused(room: Path, tmp_path: Path) -> None:
     out = make(room, tmp_path / "run")
     before = tree(out)

@@ -52,6 +52,8 @@ class Viewer:
                     self._frame.value = (self._frame.value + 1) % len(self._source)  # type: ignore[misc]
                 rest = 1 / min(self._source.camera.rate, 10.0) - (time.monotonic() - begin)
                 time.sleep(max(rest, 0.01))
+        except KeyboardInterrupt:
+            pass
         finally:
             self.stop()
 
