@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from depthsim import __version__
 from depthsim.camera import Camera
+from depthsim.errors import InputError
 from depthsim.materials import Materials, load_materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster
@@ -23,10 +24,12 @@ from depthsim.sensor import Profile, Sensor
 from depthsim.sensor.intensity import intensity_image
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.sensor import Measurement, to_units
+from depthsim.stereo.sensor import StereoMeasurement, StereoSensor
 from depthsim.trajectory import Trajectory
 
-STREAMS = ("depth", "clean", "material", "rgb", "normal")
-"""What can be written of a frame; `normal` only where it is asked for."""
+STREAMS = ("depth", "clean", "material", "rgb", "normal", "ir_left", "ir_right")
+"""What can be written of a frame; `normal` and `ir_*` only where they are asked for, `ir_*` only of active stereo."""
+IR_STREAMS = STREAMS[5:]
 DEFAULT_STREAMS: tuple[str, ...] = STREAMS[:4]
 
 
@@ -62,23 +65,35 @@ def generate(
     progress: called with the frames that are done and the frames in all.
     """
     materials = materials or load_materials()
+    if profile.stereo is None and set(IR_STREAMS) & set(streams):
+        raise InputError(profile.name, "", "is a sensor without infrared images", "give one of active stereo")
     record = _describe(scene, profile, materials, seed)
     with RunWriter(out, camera, trajectory, record, streams, overwrite=overwrite) as writer:
         missing, total = writer.missing(), len(trajectory)
         progress(total - len(missing), total)
         if missing:
             save_scene(scene, out)
-            sensor = Sensor(Caster(scene), camera, profile.effects, materials)
+            sensor = open_sensor(profile, Caster(scene), camera, materials)
             maker = FrameMaker(sensor, trajectory, seed, streams)
             _write_frames(maker, writer, missing, total, threads or core_count(), progress)
         writer.finish()
     return Generated(out, total, len(missing))
 
 
+def open_sensor(
+    profile: Profile, caster: Caster, camera: Camera, materials: Materials | None = None
+) -> Sensor | StereoSensor:
+    """The sensor that a profile describes."""
+    if profile.stereo is not None:
+        return StereoSensor(caster, camera, profile.stereo, profile.effects, materials)
+    return Sensor(caster, camera, profile.effects, materials)
+
+
 def _describe(scene: Scene, profile: Profile, materials: Materials, seed: int) -> dict[str, Any]:
     """What a run's bytes depend on besides camera and poses, for run.yaml: the same record is the same run."""
     import yaml
 
+    stereo = {} if profile.stereo is None else {"stereo": profile.stereo.model_dump(mode="json")}
     return {
         "depthsim": __version__,
         "scene": scene.name,
@@ -87,6 +102,7 @@ def _describe(scene: Scene, profile: Profile, materials: Materials, seed: int) -
         "tags": list(scene.tags),
         "materials": {tag: materials[tag].model_dump(exclude=_NO_EFFECT) for tag in scene.tags},
         "profile": {key: value for key, value in yaml.safe_load(profile.to_yaml()).items() if key != "camera"},
+        **stereo,
         "seed": seed,
     }
 
@@ -105,7 +121,9 @@ def _digest(*arrays: NDArray[Any]) -> str:
 class FrameMaker:
     """Makes the pictures of a frame; each thread keeps buffers of its own."""
 
-    def __init__(self, sensor: Sensor, trajectory: Trajectory, seed: int, streams: tuple[str, ...]) -> None:
+    def __init__(
+        self, sensor: Sensor | StereoSensor, trajectory: Trajectory, seed: int, streams: tuple[str, ...]
+    ) -> None:
         self._sensor, self._seed, self._streams = sensor, seed, streams
         self._stamps, self._poses = trajectory.stamps, trajectory.matrices()
         self._motion = Motion.along(trajectory)
@@ -133,6 +151,9 @@ class FrameMaker:
             "rgb": lambda: intensity_image(clean, camera, pose, scene, sensor.materials, threads=1),
             "normal": lambda: clean.normals(scene),
         }
+        if isinstance(measured, StereoMeasurement):
+            left, right = measured.left, measured.right
+            makers |= {"ir_left": lambda: left, "ir_right": lambda: right}
         return {stream: makers[stream]() for stream in self._streams}
 
 

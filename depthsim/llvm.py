@@ -1,4 +1,4 @@
-"""Three machine operations that numba does not offer, for the kernels: call an address, add atomically, see bits."""
+"""Machine operations that numba lacks, for the kernels: call an address, add atomically, see and count bits."""
 
 from typing import Any
 
@@ -52,3 +52,13 @@ def bits_float(typing: Any, value: Any) -> Any:
         return builder.bitcast(args[0], ir.FloatType())
 
     return types.float32(types.int32), codegen
+
+
+@intrinsic
+def count_bits(typing: Any, value: Any) -> Any:
+    """How many bits of a uint64 are set."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.ctpop(args[0])
+
+    return types.uint64(types.uint64), codegen

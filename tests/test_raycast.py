@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapes import as_scene, box, camera, first_hits, look_at, quad, random_poses, soup, sphere, wall, world_rays
 
@@ -34,7 +34,7 @@ def test_a_plane_of_any_tilt(tilt: float, azimuth: float, distance: float, seed:
         depth = distance * normal[2] / along
     cosine = np.abs(along) / np.linalg.norm(rays, axis=1).reshape(cam.shape)
     inside = (depth > 0) & (depth < 15)
-    assert inside[24, 32]
+    assume(inside.any())  # a plane that is nearly edge-on may leave the view before the middle pixel
     assert seen.hit[inside].all()
     assert not seen.hit[depth < 0].any()
     # Vertices 28 m from the middle are rounded to 2 µm, which a grazing ray feels as 1 / cosine.

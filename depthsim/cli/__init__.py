@@ -13,8 +13,12 @@ from depthsim.cli.fit_material import fit_material
 from depthsim.cli.fly import fly
 from depthsim.cli.generate import generate
 from depthsim.cli.inspect import inspect
+from depthsim.cli.match import match
 from depthsim.cli.view import view
 from depthsim.errors import InputError
+
+_INTERRUPTED = 130
+"""The exit status after Ctrl-C."""
 
 app = typer.Typer(
     help="A RealSense depth sensor on triangle meshes, and the diagnosis of its sim-to-real gap.",
@@ -27,6 +31,7 @@ app = typer.Typer(
 app.command()(generate)
 app.command()(fly)
 app.command()(inspect)
+app.command()(match)
 app.command()(fit_material)
 app.command()(fit_drag)
 app.command()(view)
@@ -50,9 +55,10 @@ def main() -> None:
     except InputError as error:
         print(error, file=sys.stderr)
         sys.exit(2)
-    except KeyboardInterrupt:
-        print("stopped; whole frames are kept, and the same command goes on from there", file=sys.stderr)
-        sys.exit(130)
+    except SystemExit as stop:
+        if stop.code == _INTERRUPTED:  # typer has caught the KeyboardInterrupt and says nothing
+            print("stopped; whole frames are kept, and the same command goes on from there", file=sys.stderr)
+        raise
     except BrokenPipeError:
         # Whoever read our output has gone, as in `depthsim ... | head`.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

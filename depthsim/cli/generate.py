@@ -27,7 +27,7 @@ def generate(
     trajectory: Annotated[
         str | None, typer.Option(help="A name in the scene, TUM file, YAML file or shape:key=value,… [default: first]")
     ] = None,
-    sensor: Annotated[str, typer.Option(help="A sensor profile: paper, clean, or a YAML file.")] = "paper",
+    sensor: Annotated[str, typer.Option(help="A profile: paper, clean, active_stereo, or a YAML file.")] = "paper",
     like: Annotated[Path | None, typer.Option(help="Take scene, poses, stamps and camera from this run.")] = None,
     fly: Annotated[
         Path | None, typer.Option(help="Ride on a flight: the folder that `depthsim fly` wrote, or its YAML file.")
@@ -39,6 +39,7 @@ def generate(
     seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.")] = 0,
     only_depth: Annotated[bool, typer.Option("--only-depth", help="No clean depth, materials and rgb.")] = False,
     normals: Annotated[bool, typer.Option("--normals", help="Surface normals too.")] = False,
+    ir: Annotated[bool, typer.Option("--ir", help="The two infrared images of active stereo, too.")] = False,
     tag: Tags = None,
     units: Units = None,
     up: Up = None,
@@ -48,7 +49,7 @@ def generate(
     preview: Annotated[bool, typer.Option("--preview", help="Write preview.png, the run at a glance, too.")] = False,
 ) -> None:
     """Make a run: depth images with poses, as TUM RGB-D."""
-    from depthsim.generate import DEFAULT_STREAMS
+    from depthsim.generate import DEFAULT_STREAMS, IR_STREAMS
     from depthsim.generate import generate as make
     from depthsim.materials import load_materials
     from depthsim.runs import Run
@@ -68,7 +69,8 @@ def generate(
         path = model.trajectory.head(frames)
     else:
         path = resolve_trajectory(trajectory, place, eye.rate, frames)
-    streams = (*(("depth",) if only_depth else DEFAULT_STREAMS), *(("normal",) if normals else ()))
+    extra = (*(("normal",) if normals else ()), *(IR_STREAMS if ir else ()))
+    streams = (*(("depth",) if only_depth else DEFAULT_STREAMS), *extra)
     begin = time.monotonic()
     with _Progress() as progress:
         made = make(

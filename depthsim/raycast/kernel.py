@@ -67,10 +67,25 @@ def tile_rays(rays: NDArray[np.float32]) -> NDArray[np.float32]:
     A tile that hangs over the border casts the last pixels again; nobody reads the copies.
     """
     height, width = rays.shape[1:]
-    padded = np.pad(rays, ((0, 0), (0, -height % TILE), (0, -width % TILE)), mode="edge")
-    down, across = padded.shape[1] // TILE, padded.shape[2] // TILE
-    tiles = padded.reshape(2, down, TILE, across, TILE).transpose(0, 1, 3, 2, 4)
-    return np.ascontiguousarray(tiles, np.float32).reshape(2, down, across, LANES)
+    tiles = np.empty((2, -(-height // TILE), -(-width // TILE), LANES), np.float32)
+    _fill_tiles(np.ascontiguousarray(rays, np.float32), tiles)
+    return tiles
+
+
+@kernel
+def _fill_tiles(rays, tiles):
+    height, width = rays.shape[1], rays.shape[2]
+    whole = width // TILE
+    for axis in range(2):
+        for v in range(tiles.shape[1] * TILE):
+            row, tile_row = rays[axis, min(v, height - 1)], tiles[axis, v // TILE]
+            lane = v % TILE * TILE
+            for column in range(whole):
+                for k in range(TILE):
+                    tile_row[column, lane + k] = row[column * TILE + k]
+            for column in range(whole, tiles.shape[2]):
+                for k in range(TILE):
+                    tile_row[column, lane + k] = row[min(column * TILE + k, width - 1)]
 
 
 @kernel

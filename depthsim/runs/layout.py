@@ -1,7 +1,7 @@
 """The names in a run folder and what its pictures hold; the reader and the writer share them.
 
-    camera.yaml  run.yaml  groundtruth.txt  depth.txt [clean.txt rgb.txt preview.png]
-    depth/ [clean/ material/ normal/ rgb/ mask/]
+    camera.yaml  run.yaml  groundtruth.txt  depth.txt [clean.txt rgb.txt ir_left.txt ir_right.txt preview.png]
+    depth/ [clean/ material/ normal/ rgb/ mask/ ir_left/ ir_right/]
 
 depth/, clean/   16-bit grey, units of the camera's depth_scale; 0 is no return or nothing hit, 65535 too far
 material/        8-bit grey, the place of the material in ``tags`` of run.yaml; 255 is nothing hit
@@ -9,6 +9,7 @@ normal/          8-bit RGB, round((n + 1) * 127) of the unit normal in the world
                  The direction is within 0.4 degrees; 16 bits would be twice the size of the depth, and Pillow and
                  many others cannot read 16-bit RGB.
 rgb/             8-bit grey or RGB
+ir_left/, ir_right/  8-bit grey, the rectified pair that active stereo matched
 mask/            any grey or RGB, non-zero where the scene may be trusted
 """
 
@@ -18,11 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 DEPTH = "depth"
-STREAMS = ("clean", "material", "normal", "rgb", DEPTH)
+STREAMS = ("clean", "material", "normal", "rgb", "ir_left", "ir_right", DEPTH)
 """In the order in which a frame is written: where its depth is, the rest is."""
 DTYPES = {"clean": np.uint16, "material": np.uint8, "normal": np.uint8, "rgb": np.uint8, DEPTH: np.uint16}
+DTYPES |= {"ir_left": np.uint8, "ir_right": np.uint8}
 DIMENSIONS = {"clean": (2,), "material": (2,), "normal": (3,), "rgb": (2, 3), DEPTH: (2,)}
-LISTED = ("clean", "rgb", DEPTH)
+DIMENSIONS |= {"ir_left": (2,), "ir_right": (2,)}
+LISTED = ("clean", "rgb", "ir_left", "ir_right", DEPTH)
 """The streams with a NAME.txt, for programs that take TUM RGB-D folders."""
 SIDECARS = ("clean", "material", "normal", "mask")
 """The streams that are read under the names of the depth files."""

@@ -1,50 +1,131 @@
 """One frame on its way through the sensor."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.kernels import kernel
 from depthsim.materials import Materials
 from depthsim.parallel import split
 from depthsim.raycast import Geometry
 from depthsim.scene import NO_TAG, Scene
 from depthsim.sensor.draws import Draws
 from depthsim.sensor.motion import Motion
+from depthsim.sensor.noise_field import Correlation, noise_field
 
 
-@dataclass
+@kernel
+def _invert(start, stop, focal_baseline, given, wanted):
+    """Depth to disparity, or back: f·b / x; what is not positive becomes 0, no return."""
+    for i in range(start, stop):
+        value = focal_baseline / given[i]
+        wanted[i] = value if given[i] > np.float32(0) else np.float32(0)
+
+
+@kernel
+def _add_noise(start, stop, variance, noise, disparity):
+    """What is not returned stays so, and where the noise puts the surface beyond infinity there is no return."""
+    d, var, unit = disparity[start:stop], variance[start:stop], noise[start:stop]
+    for i in range(d.size):
+        noisy = max(d[i] + np.sqrt(var[i]) * unit[i], np.float32(0))
+        d[i] = noisy if d[i] > np.float32(0) else np.float32(0)
+
+
 class Frame:
     """What an effect sees and changes.
 
-    depth: (height, width) float32, the depth as measured so far [m]; 0 is no return. Effects change it in place.
     geometry: what the rays met, for effects that depend on range, incidence, material or visibility.
     index, stamp: which frame of the run it is, and when it was taken [s].
     motion: where the camera is, in time.
+    correlation: how the noise of all effects is correlated between pixels and frames.
     """
 
-    depth: NDArray[np.float32]
-    geometry: Geometry
-    camera: Camera
-    scene: Scene
-    materials: Materials
-    motion: Motion
-    seed: int = 0
-    index: int = 0
-    stamp: float = 0.0
-    threads: int = 1
-    _used: dict[str, int] = field(default_factory=dict)
+    def __init__(
+        self,
+        depth: NDArray[np.float32],
+        geometry: Geometry,
+        camera: Camera,
+        scene: Scene,
+        materials: Materials,
+        motion: Motion,
+        seed: int = 0,
+        index: int = 0,
+        stamp: float = 0.0,
+        threads: int = 1,
+    ) -> None:
+        self.geometry, self.camera, self.scene, self.materials, self.motion = geometry, camera, scene, materials, motion
+        self.seed, self.index, self.stamp, self.threads = seed, index, stamp, threads
+        self.correlation = Correlation()
+        self._depth = depth
+        self._disparity: NDArray[np.float32] | None = None
+        self._is_disparity = False
+        self._variance: NDArray[np.float32] | None = None
+        self._used: dict[str, int] = {}
+
+    @property
+    def depth(self) -> NDArray[np.float32]:
+        """(height, width) float32: the depth as measured so far [m], 0 is no return. Effects change it in place.
+
+        Depth and disparity are two ways to see one measurement, of which the one that was asked for last counts: ask
+        again after the other was used.
+        """
+        self._draw_noise()
+        if self._is_disparity and self._disparity is not None:
+            self._convert(self._disparity, self._depth)
+        self._is_disparity = False
+        return self._depth
+
+    @property
+    def disparity(self) -> NDArray[np.float32]:
+        """(height, width) float32: the same as disparity f·b / depth [px], 0 is no return, to be changed in place."""
+        self._draw_noise()
+        return self._as_disparity()
+
+    @property
+    def noise_variance(self) -> NDArray[np.float32]:
+        """(height, width) float32: variance of the disparity's noise that is not drawn yet [px²], to be added to.
+
+        The sum of independent normal noises is one of the summed variance, so all effects share one picture of noise;
+        it is drawn when the depth or the disparity is asked for.
+        """
+        if self._variance is None:
+            self._variance = np.zeros_like(self._depth)
+        return self._variance
+
+    def _draw_noise(self) -> None:
+        if self._variance is not None:
+            variance, self._variance = self._variance.reshape(-1), None
+            noise = self.unit_noise("noise of the disparity").reshape(-1)
+            self.run(_add_noise, variance, noise, self._as_disparity().reshape(-1))
+
+    def _as_disparity(self) -> NDArray[np.float32]:
+        if self._disparity is None:
+            self._disparity = np.empty_like(self._depth)
+        if not self._is_disparity:
+            self._convert(self._depth, self._disparity)
+        self._is_disparity = True
+        return self._disparity
+
+    def _convert(self, given: NDArray[np.float32], wanted: NDArray[np.float32]) -> None:
+        self.run(_invert, np.float32(self.camera.focal_baseline), given.reshape(-1), wanted.reshape(-1))
 
     def draws(self, name: str) -> Draws:
         """Random numbers of one effect. An effect that stands twice in a profile draws anew the second time."""
         turn = self._used[name] = self._used.get(name, 0) + 1
         return Draws(self.seed, name if turn == 1 else f"{name}#{turn}", self.index, self.threads)
 
+    def unit_noise(self, name: str) -> NDArray[np.float32]:
+        """(height, width) float32: the noise of one effect, normal with mean 0 and variance 1 at every pixel.
+
+        It is correlated between pixels and frames as ``correlation`` says; the noise of another effect is independent.
+        """
+        return noise_field(self.draws(name), self.camera.shape, self.correlation, self.threads)
+
     def run(self, kernel: Callable[..., None], *arguments: object, multiple: int = 1) -> None:
         """Call ``kernel(start, stop, *arguments)`` on parts of the frame's pixels, on the frame's threads."""
-        split(kernel, self.depth.size, self.threads, *arguments, multiple=multiple)
+        split(kernel, self._depth.size, self.threads, *arguments, multiple=multiple)
 
     def by_tag(self, values: dict[str, float]) -> NDArray[np.float32]:
         """(256,) float32: a value for each tag index of the scene, 0 for no tag; look up with ``geometry.tag``."""

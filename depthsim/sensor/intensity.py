@@ -48,7 +48,7 @@ def _floor(x):
 
 
 @inlined
-def _noise(x, y, z):
+def value_noise(x, y, z):  # noqa: ANN201 - numba
     """Value noise in [0, 1] at a point given in grid units."""
     ix, iy, iz = _floor(x), _floor(y), _floor(z)
     u, v, w = x - _f(ix), y - _f(iy), z - _f(iz)
@@ -82,7 +82,7 @@ def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray
                 # Full strength from six pixels a wavelength on, none below two.
                 fade = (length / (z[i] * pixel + _f(1e-6)) - _f(2)) * _f(0.25)
                 fade = min(max(fade, _f(0)), _f(1))
-                value = _noise(px[i] * scale, py[i] * scale, pz[i] * scale)
+                value = value_noise(px[i] * scale, py[i] * scale, pz[i] * scale)
                 # Steeper than it comes, so that patches have the edges that feature detectors look for.
                 value = min(max((value - _f(0.5)) * _f(2.5), _f(-0.5)), _f(0.5))
                 texture[i] += value * fade

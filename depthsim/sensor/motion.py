@@ -10,16 +10,17 @@ from depthsim.trajectory.rotation import rotation_matrices, slerp
 class Motion:
     """The camera's pose as a function of time: a trajectory that goes on beyond its ends as it came and left.
 
-    poses: (N, 4, 4) of the trajectory, camera to world.
+    poses: (N, 4, 4) of the trajectory, camera to world. start: when it begins [s]; 0 for a camera that stands.
     """
 
-    def __init__(self, trajectory: Trajectory | None, poses: NDArray[np.float64]) -> None:
+    def __init__(self, trajectory: Trajectory | None, poses: NDArray[np.float64], start: float = 0.0) -> None:
         self._trajectory, self._poses = trajectory, poses
+        self.start = start
 
     @classmethod
     def along(cls, trajectory: Trajectory) -> "Motion":
         """A camera that goes along ``trajectory``; one pose stands still."""
-        return cls(trajectory if len(trajectory) > 1 else None, trajectory.matrices())
+        return cls(trajectory if len(trajectory) > 1 else None, trajectory.matrices(), float(trajectory.stamps[0]))
 
     @classmethod
     def still(cls, pose: NDArray[np.float64]) -> "Motion":

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict
 from depthsim.camera import Camera
 from depthsim.errors import InputError
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
+from depthsim.stereo.settings import ActiveStereo, split_camera
 from depthsim.yamlfile import read_mapping, validate
 
 _CAUSE_KEYS = ("effect", "parameters", "ci95", "closed_fraction", "ci95_closed", "indistinguishable_from")
@@ -17,19 +18,25 @@ _CAUSE_KEYS = ("effect", "parameters", "ci95", "closed_fraction", "ci95_closed",
 
 
 class Profile(BaseModel):
-    """A camera, where the profile names one, and effects in the order of the file."""
+    """A camera, where the profile names one, and effects in the order of the file.
+
+    stereo: what active stereo is made of, where depth comes from it; the effects follow after.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     name: str
     camera: Camera | None = None
     effects: tuple[Effect, ...] = ()
+    stereo: ActiveStereo | None = None
 
     def to_yaml(self) -> str:
         """The text of a profile file that :func:`load_profile` reads back as this profile."""
         keys: dict[str, Any] = {"name": self.name}
         if self.camera is not None:
             keys["camera"] = yaml.safe_load(self.camera.to_yaml())
+        if self.stereo is not None:
+            keys["camera"] = {**self.stereo.camera_keys(), **keys.get("camera", {})}
         keys["effects"] = [{effect.id: effect.model_dump(mode="json")} for effect in self.effects]
         return yaml.safe_dump(keys, sort_keys=False)
 
@@ -52,7 +59,9 @@ def load_profile(choice: str | Path) -> Profile:
     if not isinstance(entries, list):
         raise InputError(path, "effects", "is not a list", "write one `- effect_id` a line; [] for a perfect camera")
     effects = tuple(_effect(entry, path, f"effects[{index}]") for index, entry in enumerate(entries))
-    return Profile(name=str(keys.get("name") or path.stem), camera=_camera(keys.get("camera"), path), effects=effects)
+    camera, stereo = split_camera(keys.get("camera"), path)
+    name = str(keys.get("name") or path.stem)
+    return Profile(name=name, camera=_camera(camera, path), effects=effects, stereo=stereo)
 
 
 def profile_names() -> list[str]:

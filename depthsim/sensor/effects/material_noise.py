@@ -10,6 +10,7 @@ from depthsim.llvm import bits_float
 from depthsim.sensor.draws import BLOCK, normal_block
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
+from depthsim.sensor.noise_field import Correlation
 
 _f = np.float32
 _LOG2_E, _LN_2 = _f(1.4426950408889634), _f(0.6931471805599453)
@@ -24,21 +25,36 @@ def _exp(x):
     return (_f(1) + r * (_f(1) + r * (_f(0.5) + r * series))) * bits_float((n + np.int32(127)) << np.int32(23))
 
 
+@inlined
+def _add(floor, m_of_tag, clean, tag, unit, exponents, depth):
+    """depth += floor·exp(m·clean)·unit where there is a return, for up to BLOCK pixels; exponents is scratch."""
+    for i in range(depth.size):
+        exponents[i] = min(m_of_tag[tag[i]] * clean[i], _f(80))
+    for i in range(depth.size):
+        noisy = depth[i] + floor * _exp(exponents[i]) * unit[i]
+        # Where the noise would put the surface behind the camera, there is no return.
+        depth[i] = max(noisy, _f(0)) if depth[i] > _f(0) else _f(0)
+
+
 @kernel
 def _add_noise(start, stop, frame, key, floor, m_of_tag, clean, tag, depth):
-    """depth += floor·exp(m·clean)·N(0, 1) where there is a return; ``start`` is a multiple of BLOCK."""
+    """Add noise that is drawn here; ``start`` is a multiple of BLOCK."""
     words, normals = np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.float32)
     exponents = np.empty(BLOCK, np.float32)
     for at in range(start, stop, BLOCK):
         normal_block(at // BLOCK, frame, 0, key, words, normals)
         # Slices, because an index that is plainly not negative is what lets the compiler use the vector unit.
         z, d, t = depth[at : min(at + BLOCK, stop)], clean[at : min(at + BLOCK, stop)], tag[at : min(at + BLOCK, stop)]
-        for i in range(z.size):
-            exponents[i] = min(m_of_tag[t[i]] * d[i], _f(80))
-        for i in range(z.size):
-            noisy = z[i] + floor * _exp(exponents[i]) * normals[i]
-            # Where the noise would put the surface behind the camera, there is no return.
-            z[i] = max(noisy, _f(0)) if z[i] > _f(0) else _f(0)
+        _add(floor, m_of_tag, d, t, normals, exponents, z)
+
+
+@kernel
+def _add_given_noise(start, stop, floor, m_of_tag, clean, tag, noise, depth):
+    """Add noise that was drawn before."""
+    exponents = np.empty(BLOCK, np.float32)
+    for at in range(start, stop, BLOCK):
+        end = min(at + BLOCK, stop)
+        _add(floor, m_of_tag, clean[at:end], tag[at:end], noise[at:end], exponents, depth[at:end])
 
 
 class MaterialNoise(Effect):
@@ -72,16 +88,13 @@ class MaterialNoise(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Add the noise to every return."""
-        draws = frame.draws(self.id)
-        m = {tag: self.m.get(tag, frame.materials[tag].m) for tag in frame.scene.tags}
-        frame.run(
-            _add_noise,
-            draws.frame,
-            draws.key,
-            np.float32(self.floor),
-            frame.by_tag(m),
-            frame.geometry.depth.reshape(-1),
-            frame.geometry.tag.reshape(-1),
-            frame.depth.reshape(-1),
-            multiple=BLOCK,
-        )
+        m = frame.by_tag({tag: self.m.get(tag, frame.materials[tag].m) for tag in frame.scene.tags})
+        clean, tag = frame.geometry.depth.reshape(-1), frame.geometry.tag.reshape(-1)
+        floor, depth = _f(self.floor), frame.depth.reshape(-1)
+        if frame.correlation == Correlation():
+            draws = frame.draws(self.id)
+            # Numbers that are made where they are used save a pass over the memory.
+            frame.run(_add_noise, draws.frame, draws.key, floor, m, clean, tag, depth, multiple=BLOCK)
+        else:
+            noise = frame.unit_noise(self.id).reshape(-1)
+            frame.run(_add_given_noise, floor, m, clean, tag, noise, depth)

@@ -1,0 +1,81 @@
+"""What the effects cost: all of them at once against the clean cast, and each alone.
+
+    ./run python benchmarks/effects.py [--rounds 15] [--scene office]
+
+An effect that bends rays or moves the camera has its frame cast a second time, and one that asks for the right
+imager's view has that cast, too; both are in its figure.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from benchmarks.measuring import machine, milliseconds, ratio, side_by_side
+from depthsim.presets import preset
+from depthsim.raycast import Caster
+from depthsim.scenefile import load_scene
+from depthsim.sensor import Effect, Sensor, effect_class, effect_ids, load_profile
+from depthsim.sensor.motion import Motion
+from depthsim.trajectory import resolve_trajectory
+
+SOME = {
+    "spatial_correlation": ("disparity_noise",),
+    "temporal_correlation": ("disparity_noise",),
+}
+"""Effects that do nothing alone, with those that they act on; these are timed without it and taken off."""
+AIM = 4.0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--scene", default="office")
+    options = parser.parse_args()
+    scene, camera = load_scene(options.scene), preset("d435", 848, 480)
+    path, caster = resolve_trajectory(None, scene, camera.rate), Caster(scene)
+    motion, middle = Motion.along(path), len(path) // 3
+    pose, stamp = path.matrices()[middle], float(path.stamps[middle])
+
+    def frame(*effects: Effect) -> Callable[[], object]:
+        sensor = Sensor(caster, camera, effects)
+        out = sensor.measure(pose, index=middle, stamp=stamp, motion=motion)
+        return partial(sensor.measure, pose, index=middle, stamp=stamp, motion=motion, out=out)
+
+    console = Console()
+    console.print(machine())
+    every = [effect_class(effect_id)() for effect_id in effect_ids()]
+    seconds = side_by_side(
+        {
+            "clean": partial(caster.cast, camera, pose, out=caster.cast(camera, pose)),
+            "no effect": frame(),
+            **{f"profile {name}": frame(*load_profile(name).effects) for name in ("paper", "d435", "d415", "d455")},
+            f"all {len(every)} effects": frame(*every),
+        },
+        options.rounds,
+    )
+    title = f"{options.scene}, {len(scene.faces):,} faces, {camera.width}x{camera.height}"
+    table = Table(title, "ms a frame", "over the clean cast", f"at most {AIM:g}")
+    for name, own in seconds.items():
+        figure = ratio(seconds, name, "clean")
+        reached = ("yes" if figure <= AIM else "[red]no[/red]") if name.startswith("all") else ""
+        table.add_row(name, f"{milliseconds(own):.1f}", f"{figure:.2f}", reached)
+    console.print(table)
+    alone = Table("effect", "stage", "ms more than without", "casts")
+    for effect in every:
+        given = [effect_class(effect_id)() for effect_id in SOME.get(effect.id, ())]
+        both = side_by_side({"without": frame(*given), "with": frame(*given, effect)}, max(options.rounds // 3, 3))
+        more = milliseconds(both["with"]) - milliseconds(both["without"])
+        casts = "again" if effect.stage <= 1 else "right view" if effect.needs_right else ""
+        alone.add_row(effect.id, effect.stage.name.lower(), f"{more:.2f}", casts)
+    console.print(alone)
+
+
+if __name__ == "__main__":
+    main()

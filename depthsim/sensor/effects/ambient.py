@@ -1,0 +1,94 @@
+"""Sunlight, which drowns the projector's pattern."""
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.kernels import kernel
+from depthsim.sensor.draws import BLOCK
+from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.frame import Frame
+from depthsim.sensor.holes import lose
+
+_f = np.float32
+_ZERO = _f(0)
+
+
+@kernel
+def _light(start, stop, rotation, sun, normals, face, ray_x, ray_y, lit):
+    """lit = cosine between the sun and the side of the surface that the camera sees; 0 in its own shade."""
+    for i in range(start, stop):
+        f = max(face[i], 0)
+        nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
+        x, y = ray_x[i], ray_y[i]
+        rx = rotation[0] * x + rotation[1] * y + rotation[2]
+        ry = rotation[3] * x + rotation[4] * y + rotation[5]
+        rz = rotation[6] * x + rotation[7] * y + rotation[8]
+        cosine = nx * sun[0] + ny * sun[1] + nz * sun[2]
+        cosine = -cosine if nx * rx + ny * ry + nz * rz > _ZERO else cosine
+        lit[i] = max(cosine, _ZERO) if face[i] >= 0 else _ZERO
+
+
+@kernel
+def _add_noise(start, stop, noise, lit, variance):
+    for i in range(start, stop):
+        variance[i] += (noise * lit[i]) ** 2
+
+
+@kernel
+def _make_holes(start, stop, frame, key, holes, lit, disparity):
+    words, uniforms, chance = np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
+    for at in range(start, stop, BLOCK):
+        d, light = disparity[at : min(at + BLOCK, stop)], lit[at : min(at + BLOCK, stop)]
+        for i in range(d.size):
+            chance[i] = holes * light[i]
+        lose(at // BLOCK, frame, key, chance, words, uniforms, d)
+
+
+class AmbientLight(Effect):
+    """Sunlit surfaces have more noise and more holes: std = noise · n·s and chance = holes · n·s, where n·s > 0.
+
+    n is the surface's normal on the side that the camera sees, s the direction to the sun; the noise is one of the
+    disparity. A surface is in shade where it turns away from the sun; shadows that other surfaces cast are left out.
+    """
+
+    id: ClassVar[str] = "ambient_light"
+    stage: ClassVar[Stage] = Stage.NOISE
+    rank: ClassVar[int] = 2  # after the other noises of the disparity, as the holes have them drawn
+    source: ClassVar[str] = "form assumed: the light that a matt surface catches of the sun"
+
+    noise: float = parameter(
+        0.1, low=0, high=2, unit="px", neutral=0, about="std of the disparity in full sun", source="assumed"
+    )
+    holes: float = parameter(
+        0.2, low=0, high=1, unit="share", neutral=0, about="share lost in full sun", source="assumed"
+    )
+    azimuth: float = parameter(
+        30.0, low=-180, high=180, unit="deg", about="of the sun, from the world's x towards its y", source="assumed"
+    )
+    elevation: float = parameter(
+        45.0, low=-90, high=90, unit="deg", about="of the sun, over the world's horizon", source="assumed"
+    )
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether the sun makes neither noise nor holes."""
+        return self.noise == 0 and self.holes == 0
+
+    @property
+    def sun(self) -> NDArray[np.float32]:
+        """(3,) unit vector to the sun in the world."""
+        a, e = np.radians(self.azimuth), np.radians(self.elevation)
+        return np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)], np.float32)
+
+    def apply(self, frame: Frame) -> None:
+        """Add the noise and set the drawn pixels to 0."""
+        lit = np.empty(frame.geometry.face.size, np.float32)
+        rotation = frame.motion.at(frame.stamp)[0, :3, :3].astype(np.float32).reshape(-1)
+        ray_x, ray_y = frame.camera.rays.reshape(2, -1)
+        face = frame.geometry.face.reshape(-1)
+        frame.run(_light, rotation, self.sun, frame.scene.normals, face, ray_x, ray_y, lit)
+        frame.run(_add_noise, _f(self.noise), lit, frame.noise_variance.reshape(-1))
+        draws, disparity = frame.draws(self.id), frame.disparity.reshape(-1)
+        frame.run(_make_holes, draws.frame, draws.key, _f(self.holes), lit, disparity, multiple=BLOCK)

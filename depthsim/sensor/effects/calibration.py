@@ -1,0 +1,106 @@
+"""Depth that is wrong by a law: a scale, a scale that drifts, an offset of the disparity."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from depthsim.kernels import kernel
+from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.frame import Frame
+
+_f = np.float32
+
+
+@kernel
+def _scale(start, stop, factor, disparity):
+    for i in range(start, stop):
+        disparity[i] *= factor
+
+
+@kernel
+def _shift(start, stop, offset, disparity):
+    """What is shifted to 0 or beyond has no depth."""
+    for i in range(start, stop):
+        shifted = max(disparity[i] + offset, _f(0))
+        disparity[i] = shifted if disparity[i] > _f(0) else _f(0)
+
+
+def _scale_depth(frame: Frame, scale: float) -> None:
+    """Depth times ``scale``, as a wrong f·b does it: the imagers see another disparity than the chip reckons with."""
+    frame.run(_scale, _f(1 / scale), frame.disparity.reshape(-1))
+
+
+class BaselineScale(Effect):
+    """Depth times ``scale``: the product of focal length and baseline is miscalibrated by this factor."""
+
+    id: ClassVar[str] = "baseline_scale"
+    stage: ClassVar[Stage] = Stage.DISPARITY
+    source: ClassVar[str] = "Z = f·b / d"
+
+    scale: float = parameter(
+        0.98,
+        low=0.8,
+        high=1.25,
+        unit="1",
+        neutral=1,
+        about="measured depth over true depth",
+        source="M. Calvert 2018, 'Improving the depth map accuracy of RealSense cameras': 980.7 mm at 1 m, D435",
+    )
+
+    def apply(self, frame: Frame) -> None:
+        """Scale every depth."""
+        _scale_depth(frame, self.scale)
+
+
+class ThermalDrift(Effect):
+    """Depth times 1 + drift · (1 - exp(-t / time_constant)), t since the first frame: the camera warms up."""
+
+    id: ClassVar[str] = "thermal_drift"
+    stage: ClassVar[Stage] = Stage.DISPARITY
+    source: ClassVar[str] = "librealsense issues 8434 (D455, D415) and 684 (SR300); the exponential is assumed"
+
+    drift: float = parameter(
+        -0.007,
+        low=-0.1,
+        high=0.1,
+        unit="1",
+        neutral=0,
+        about="relative change of depth when the camera is warm",
+        source="librealsense issue 8434: 1688 mm in place of 1700 mm on a D455 at 35 °C",
+    )
+    time_constant: float = parameter(
+        600,
+        low=0.1,
+        high=1e5,
+        unit="s",
+        about="time after which 63 % of the drift is there",
+        source="assumed; an SR300 drifted for about 30 minutes (librealsense issue 684)",
+    )
+
+    def apply(self, frame: Frame) -> None:
+        """Scale every depth by the drift at the frame's stamp."""
+        elapsed = max(frame.stamp - frame.motion.start, 0.0)
+        _scale_depth(frame, 1 - self.drift * float(np.expm1(-elapsed / self.time_constant)))
+
+
+class DisparityOffset(Effect):
+    """A constant is added to every disparity: the imagers are turned against each other about y."""
+
+    id: ClassVar[str] = "disparity_offset"
+    stage: ClassVar[Stage] = Stage.DISPARITY
+    rank: ClassVar[int] = 1
+    source: ClassVar[str] = "Z = f·b / (d + offset)"
+
+    offset: float = parameter(
+        0.1,
+        low=-5,
+        high=5,
+        unit="px",
+        neutral=0,
+        about="measured disparity minus true disparity",
+        source="assumed; what on-chip calibration finds moves with temperature (librealsense issue 13787)",
+    )
+
+    def apply(self, frame: Frame) -> None:
+        """Shift every disparity."""
+        frame.run(_shift, _f(self.offset), frame.disparity.reshape(-1))

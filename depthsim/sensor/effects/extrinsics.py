@@ -1,0 +1,68 @@
+"""Where the camera is against where its poses say: turned in its mount, or stamped at another time."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.view import View
+from depthsim.trajectory.rotation import rotation_matrices
+
+
+class TimeOffset(Effect):
+    """A frame is taken ``offset`` after the time on its stamp, so from the pose that the camera has then."""
+
+    id: ClassVar[str] = "time_offset"
+    stage: ClassVar[Stage] = Stage.POSE
+    source: ClassVar[str] = "librealsense issue 11873: stamps that are off by a share of the exposure"
+
+    offset: float = parameter(
+        0.0075,
+        low=-0.5,
+        high=0.5,
+        unit="s",
+        neutral=0,
+        about="time of the picture minus its stamp",
+        source="librealsense issue 11873: 7.5 ms at 20 ms of exposure on a D455",
+    )
+
+    def bend(self, view: View) -> None:
+        """Put the pose of the true time in place of that of the stamp."""
+        view.stamp += self.offset
+        view.pose = view.motion.at(view.stamp)[0]
+
+
+def _angle(axis: str, name: str) -> float:
+    about = f"{name}: rotation about the camera's {axis} axis, a part of the rotation vector"
+    angle: float = parameter(
+        0.5, low=-45, high=45, unit="deg", neutral=0, about=about, source="assumed: a mount made by hand"
+    )
+    return angle
+
+
+class ExtrinsicRotation(Effect):
+    """The camera is turned in its mount: true pose = pose · exp([x, y, z]×), in the camera's own axes."""
+
+    id: ClassVar[str] = "extrinsic_rotation"
+    stage: ClassVar[Stage] = Stage.POSE
+    rank: ClassVar[int] = 2
+    source: ClassVar[str] = "Rodrigues' formula; the size is assumed"
+
+    x: float = _angle("x", "pitch")
+    y: float = _angle("y", "yaw")
+    z: float = _angle("z", "roll")
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether no angle is left."""
+        return self.x == self.y == self.z == 0
+
+    def bend(self, view: View) -> None:
+        """Turn every pose about the camera's own axes."""
+        vector = np.radians([self.x, self.y, self.z])
+        angle = float(np.linalg.norm(vector))
+        turn = np.eye(4)
+        # NumPy's sinc is sin(πx) / πx, so this is sin(angle / 2) / angle, without a division by 0.
+        axis = vector * np.sinc(angle / (2 * np.pi)) / 2
+        turn[:3, :3] = rotation_matrices(np.array([[*axis, np.cos(angle / 2)]]))[0]
+        view.pose = view.pose @ turn

@@ -1,0 +1,97 @@
+"""Rays that go elsewhere than the calibration says: bent with the image radius, or jittering."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from depthsim.kernels import kernel
+from depthsim.parallel import split
+from depthsim.sensor.draws import BLOCK, normal_block
+from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.view import View
+
+
+@kernel
+def _bend(start, stop, k1, k2, x, y, bent_x, bent_y):
+    for i in range(start, stop):
+        r2 = x[i] * x[i] + y[i] * y[i]
+        radial = np.float32(1) + r2 * (k1 + r2 * k2)
+        bent_x[i] = x[i] * radial
+        bent_y[i] = y[i] * radial
+
+
+class LensDistortion(Effect):
+    """The ray that the calibration puts at radius r (at z = 1) goes through r · (1 + k1·r² + k2·r⁴)."""
+
+    id: ClassVar[str] = "lens_distortion"
+    stage: ClassVar[Stage] = Stage.OPTICS
+    source: ClassVar[str] = "D. C. Brown, 'Decentering distortion of lenses', 1966: the radial part"
+
+    k1: float = parameter(
+        0.002,
+        low=-0.2,
+        high=0.2,
+        unit="1",
+        neutral=0,
+        about="what the calibration left of the term in r³",
+        source="assumed: 1 px at the corner of a D435",
+    )
+    k2: float = parameter(
+        0.0,
+        low=-0.05,
+        high=0.05,
+        unit="1",
+        neutral=0,
+        about="what the calibration left of the term in r⁵",
+        source="assumed: k1 alone",
+    )
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether neither term is left."""
+        return self.k1 == self.k2 == 0
+
+    def bend(self, view: View) -> None:
+        """Bend every ray."""
+        bent = np.empty_like(view.rays)
+        flat = *view.rays.reshape(2, -1), *bent.reshape(2, -1)
+        split(_bend, flat[0].size, view.threads, np.float32(self.k1), np.float32(self.k2), *flat)
+        view.rays = bent
+
+
+@kernel
+def _jitter(start, stop, frame, stream, key, step, rays, out):
+    words, normals = np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.float32)
+    for at in range(start, stop, BLOCK):
+        normal_block(at // BLOCK, frame, stream, key, words, normals)
+        before, after = rays[at : min(at + BLOCK, stop)], out[at : min(at + BLOCK, stop)]
+        for i in range(after.size):
+            after[i] = before[i] + step * normals[i]
+
+
+class LateralNoise(Effect):
+    """Every ray is off by sigma · N(0, 1) pixels in x and y, drawn anew for each pixel and frame."""
+
+    id: ClassVar[str] = "lateral_noise"
+    stage: ClassVar[Stage] = Stage.OPTICS
+    rank: ClassVar[int] = 1
+    source: ClassVar[str] = "C. V. Nguyen, S. Izadi, D. Lovell, 'Modeling Kinect Sensor Noise', 3DIMPVT 2012"
+
+    sigma: float = parameter(
+        0.8,
+        low=0,
+        high=5,
+        unit="px",
+        neutral=0,
+        about="standard deviation in x and in y",
+        source="Nguyen 2012, a Kinect: 0.8 + 0.035·θ/(π/2 - θ) px, here without its small growth with the angle θ",
+    )
+
+    def bend(self, view: View) -> None:
+        """Move every ray."""
+        draws, jittered = view.draws(self.id), np.empty_like(view.rays)
+        for axis, focal in enumerate((view.camera.fx, view.camera.fy)):
+            flat = view.rays[axis].reshape(-1), jittered[axis].reshape(-1)
+            step = np.float32(self.sigma / focal)
+            split(_jitter, flat[0].size, view.threads, draws.frame, axis, draws.key, step, *flat, multiple=BLOCK)
+        view.rays = jittered

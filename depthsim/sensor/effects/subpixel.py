@@ -1,0 +1,101 @@
+"""What the matcher does to the fraction of a disparity: a periodic bias, and steps."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from depthsim.kernels import inlined, kernel
+from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.frame import Frame
+
+_f = np.float32
+_TWO_PI = _f(2 * np.pi)
+_FINEST = 1e-5
+"""The finest step [px] that float32 can tell from none."""
+
+
+@inlined
+def _sine(turns):
+    """sin(2π·turns), error below 2e-6, without a call that would stop the vector unit."""
+    x = turns - np.floor(turns + _f(0.5))
+    x = _f(0.5) - x if x > _f(0.25) else x
+    x = _f(-0.5) - x if x < _f(-0.25) else x
+    a = x * _TWO_PI
+    z = a * a
+    return a * (_f(1) + z * (_f(-1 / 6) + z * (_f(1 / 120) + z * (_f(-1 / 5040) + z * _f(1 / 362880)))))
+
+
+@kernel
+def _add_bias(start, stop, amplitude, phase, disparity):
+    d = disparity[start:stop]
+    for i in range(d.size):
+        biased = max(d[i] - amplitude * _sine(d[i] - phase), _f(0))
+        d[i] = biased if d[i] > _f(0) else _f(0)
+
+
+@kernel
+def _round_to_steps(start, stop, step, per_step, disparity):
+    d = disparity[start:stop]
+    for i in range(d.size):
+        d[i] = np.floor(d[i] * per_step + _f(0.5)) * step
+
+
+class SubpixelBias(Effect):
+    """d - amplitude · sin(2π·(d - phase)): sub-pixel interpolation draws disparities to ``phase`` + whole pixels."""
+
+    id: ClassVar[str] = "subpixel_bias"
+    stage: ClassVar[Stage] = Stage.DISPARITY
+    rank: ClassVar[int] = 2
+    source: ClassVar[str] = (
+        "A. Grunnet-Jepsen et al., Intel white paper 'Subpixel Linearity Improvement for Intel RealSense Depth Camera "
+        "D400 Series'; one sine in place of its measured curves"
+    )
+
+    amplitude: float = parameter(
+        0.01,
+        low=0,
+        high=0.5,
+        unit="px",
+        neutral=0,
+        about="largest bias",
+        source="first Fourier term over the fraction of the disparity in the D435 frames of aims-slam",
+    )
+    phase: float = parameter(
+        0.0,
+        low=-0.5,
+        high=0.5,
+        unit="px",
+        about="fraction that disparities are drawn to",
+        source="assumed: whole pixels; an offset of the disparity moves it",
+    )
+
+    def apply(self, frame: Frame) -> None:
+        """Bias every disparity."""
+        frame.run(_add_bias, _f(self.amplitude), _f(self.phase), frame.disparity.reshape(-1))
+
+
+class DisparityQuantization(Effect):
+    """The disparity is rounded to whole multiples of ``step``, halves up."""
+
+    id: ClassVar[str] = "disparity_quantization"
+    # After the noise and after the mixing at edges: the chip's disparities, in-between ones too, are whole steps.
+    stage: ClassVar[Stage] = Stage.MIXING
+    rank: ClassVar[int] = 9
+    source: ClassVar[str] = (
+        "Intel white paper 'Subpixel Linearity Improvement for Intel RealSense Depth Camera D400 Series': 1/32 px"
+    )
+
+    step: float = parameter(
+        1 / 32,
+        low=0,
+        high=4,
+        unit="px",
+        neutral=0,
+        about="smallest difference of two disparities",
+        source="exactly 1/32 px in the D435 frames of aims-slam",
+    )
+
+    def apply(self, frame: Frame) -> None:
+        """Round every disparity."""
+        step = max(self.step, _FINEST)
+        frame.run(_round_to_steps, _f(step), _f(1 / step), frame.disparity.reshape(-1))

@@ -1,0 +1,100 @@
+"""From light to grey values: lens, exposure, noise and 8 bits."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.camera import Camera
+from depthsim.kernels import kernel
+from depthsim.parallel import split
+from depthsim.sensor.draws import Draws
+from depthsim.stereo.settings import Imager
+
+_PHOTON = 2.337e-19
+"""[J] of a photon of 850 nm."""
+WHITE = 255
+
+
+@kernel
+def _gather_rows(start, stop, light, weights, samples, falloff, out):
+    """Rows ``start`` to ``stop`` of a picture from (H·n, W·n) ``light``, seen through ``weights`` both ways.
+
+    falloff: x and y of the pixels' rays at z = 1, (H, W) each, and the power of 1 + x² + y² that the image darkens by.
+    """
+    rays_x, rays_y, power = falloff
+    height, width = out.shape
+    across, reach = width * samples, (weights.size - samples) // 2
+    line = np.empty(across, np.float32)
+    for v in range(start, stop):
+        line[:] = np.float32(0)
+        for k in range(weights.size):
+            y = min(max(v * samples + k - reach, 0), height * samples - 1)
+            for x in range(across):
+                line[x] += weights[k] * light[y, x]
+        for u in range(width):
+            total = np.float32(0)
+            for k in range(weights.size):
+                total += weights[k] * line[min(max(u * samples + k - reach, 0), across - 1)]
+            x, y = rays_x[v, u], rays_y[v, u]
+            out[v, u] = total * (np.float32(1) + x * x + y * y) ** power
+
+
+@kernel
+def _expose(start, stop, light, scale, gain, well, read, normals, grey):
+    """Electrons with shot and read noise, and grey values of them.
+
+    scale: electrons per unit of light. normals: (2, N) standard normal numbers.
+    """
+    for i in range(start, stop):
+        electrons = light[i] * scale
+        electrons += np.sqrt(max(electrons, np.float32(0))) * normals[0, i] + read * normals[1, i]
+        value = electrons / well * gain * np.float32(WHITE) + np.float32(0.5)
+        value = min(max(value, np.float32(0)), np.float32(WHITE))
+        grey[i] = np.uint8(np.int32(value))
+
+
+def spread_weights(blur: float, samples: int) -> NDArray[np.float32]:
+    """Weights of rays for a pixel: the lens's Gaussian of ``blur`` [px], and the square pixel of n rays."""
+    reach = int(np.ceil(3 * blur * samples))
+    bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(blur * samples, 1e-6)) ** 2)
+    return np.convolve(bell / bell.sum(), np.full(samples, 1 / samples)).astype(np.float32)
+
+
+def gather(light: NDArray[np.float32], camera: Camera, imager: Imager, threads: int) -> NDArray[np.float32]:
+    """(height, width) irradiance on the sensor [W/m²] from the radiance along n x n rays a pixel."""
+    samples = imager.samples
+    weights = spread_weights(imager.blur * camera.width / 848, samples)
+    out = np.empty(camera.shape, np.float32)
+    falloff = (camera.rays[0], camera.rays[1], np.float32(-2 * imager.vignetting))
+    split(_gather_rows, camera.height, threads, light, weights, samples, falloff, out)
+    out *= np.float32(np.pi / (4 * imager.f_number**2))
+    return out
+
+
+def electrons_per_second(imager: Imager, camera: Camera) -> float:
+    """Electrons a pixel and second for an irradiance of 1 W/m²."""
+    pixel = imager.sensor_width / camera.width
+    return pixel * pixel * imager.quantum_efficiency / _PHOTON
+
+
+def exposure(images: list[NDArray[np.float32]], imager: Imager, camera: Camera) -> tuple[float, float]:
+    """Exposure time [s] and gain: the fixed ones, or those that bring the images' mean to the target."""
+    if imager.exposure != "auto":
+        return float(imager.exposure), imager.gain
+    mean = float(np.mean([image.mean(dtype=np.float64) for image in images]))
+    wanted = imager.target * imager.full_well / max(mean * electrons_per_second(imager, camera), 1e-30)
+    time = min(wanted, imager.longest_exposure)
+    return time, min(max(wanted / time, 1.0), imager.highest_gain)
+
+
+def develop(
+    image: NDArray[np.float32], imager: Imager, camera: Camera, time: float, gain: float, draws: Draws, threads: int
+) -> NDArray[np.uint8]:
+    """(height, width) uint8 grey values of an irradiance."""
+    grey = np.empty(image.shape, np.uint8)
+    scale = np.float32(electrons_per_second(imager, camera) * time)
+    normals = draws.normal((2, image.size))
+    split(
+        _expose, image.size, threads, image.reshape(-1), scale, np.float32(gain), np.float32(imager.full_well),
+        np.float32(imager.read_noise), normals, grey.reshape(-1),
+    )  # fmt: skip
+    return grey

@@ -1,0 +1,81 @@
+"""The matcher: a rectified pair of images in, disparity out, in the steps that the D4 chip takes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.parallel import core_count, split
+from depthsim.stereo import choose, cost, paths, refine
+from depthsim.stereo.settings import MatcherSettings
+from depthsim.stereo.speckles import drop_speckles
+
+NO_DISPARITY = np.float32(-1)
+
+
+class Matcher:
+    """Finds the disparity of rectified pairs; the volumes of costs are kept from pair to pair, one set an object.
+
+    The result does not depend on the number of threads. An object must not be used by two threads at the same time.
+    """
+
+    def __init__(self, settings: MatcherSettings | None = None) -> None:
+        self.settings = settings or MatcherSettings()
+        self._cost = self._total = np.empty((0, 0, 0), np.int16)
+
+    def match(
+        self, left: NDArray[np.integer], right: NDArray[np.integer], threads: int | None = None
+    ) -> NDArray[np.float32]:
+        """(height, width) float32 disparity of the left image [px], in steps of 1/32; -1 where there is none.
+
+        left, right: (height, width) uint8 or uint16, rectified: a point lies in the same row of both, and in the right
+        image at x - disparity. Their brightness need not agree.
+        """
+        if left.shape != right.shape or left.ndim != 2:
+            raise ValueError(f"the images are {left.shape} and {right.shape}, not two of one size")
+        threads, settings = threads or core_count(), self.settings
+        height, width = left.shape
+        disparities = min(settings.disparities, width)
+        if self._cost.shape != (height, width, disparities):
+            self._cost = np.empty((height, width, disparities), np.int16)
+            self._total = np.empty_like(self._cost)
+        pair = [np.ascontiguousarray(image, np.float32) for image in (left, right)]
+        codes = np.empty((2, height, width), np.uint64)
+        noise = max(cost.noise_level(image[::2]) for image in pair)
+        tolerance = np.float32(max(settings.tolerance * noise, settings.least_tolerance))
+        for image, code in zip(pair, codes, strict=True):
+            split(cost.census, height, threads, image, tolerance, code)
+        across, down = settings.window[0] // 2, settings.window[1] // 2
+        split(cost.cost_rows, height, threads, codes[0], codes[1], across, down, self._cost)
+        pixels = settings.window[0] * settings.window[1]
+        small, large = np.int16(settings.small_step * pixels), np.int16(settings.large_step * pixels)
+        split(paths.across, height, threads, self._cost, small, large, self._total)
+        split(paths.downwards, width, threads, self._cost, small, large, self._total)
+        whole = np.empty((height, width), np.int16)
+        worst = int(settings.worst_score * cost.BITS * pixels)
+        split(
+            choose.choose_rows, height, threads, self._cost, self._total, settings.margin, worst,
+            float(settings.uniqueness), float(settings.left_right), whole,
+        )  # fmt: skip
+        if settings.torn_reach:
+            seen = whole.copy()
+            split(
+                choose.drop_torn_rows, height, threads, self._cost, seen, settings.torn_reach,
+                float(settings.torn_share), whole,
+            )  # fmt: skip
+        smooth = np.empty((2, height, width), np.float32)
+        for image, part in zip(pair, smooth, strict=True):
+            split(refine.normalise_rows, height, threads, image, 10, 8, np.float32(settings.floor), part)
+        sums, out = np.empty((height, width, 2)), np.empty((height, width), np.float32)
+        across, down = settings.support[0] // 2, settings.support[1] // 2
+        out[:] = whole
+        for _ in range(settings.steps):
+            split(refine.shift_rows, height, threads, smooth[0], smooth[1], whole, out, across, sums)
+            split(refine.solve_columns, width, threads, whole, sums, down, float(settings.texture), out)
+        if settings.speckle_size > 1:
+            drop_speckles(out, settings.speckle_size, float(settings.speckle_step))
+        return out
+
+
+def to_depth(disparity: NDArray[np.float32], focal_baseline: float) -> NDArray[np.float32]:
+    """Depth [m] of a disparity [px]; 0 where there is none, or where it is 0."""
+    out = np.zeros_like(disparity)
+    return np.divide(np.float32(focal_baseline), disparity, out=out, where=disparity > 0)

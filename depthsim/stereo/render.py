@@ -1,0 +1,96 @@
+"""What the two infrared imagers see of a scene."""
+
+import zlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.camera import Camera
+from depthsim.materials import Materials
+from depthsim.parallel import split
+from depthsim.raycast import Caster, Geometry
+from depthsim.scene import NO_TAG
+from depthsim.sensor.draws import Draws
+from depthsim.stereo import imager
+from depthsim.stereo.light import BLOCK, WAVELENGTHS, radiance
+from depthsim.stereo.pattern import dot_pattern
+from depthsim.stereo.settings import ActiveStereo
+
+SIDES = ("left", "right")
+_TEXTURE = 0.6
+"""Contrast of a surface's texture at 850 nm as a share of that in visible light: dyes are much alike there."""
+
+
+class Renderer:
+    """Renders rectified pairs. ``camera`` must be a pinhole; the right imager is its equal at +baseline."""
+
+    def __init__(self, caster: Caster, camera: Camera, settings: ActiveStereo, materials: Materials) -> None:
+        self.caster, self.camera, self.settings = caster, camera, settings
+        self._source = settings.projector.position * camera.baseline
+        self._eyes = [_fine(camera, settings.imager.samples, self._source - x) for x in (0.0, camera.baseline)]
+        self._pattern = dot_pattern(settings.projector)
+        scene = caster.scene
+        # Far from the origin float32 loses the finest octave; a multiple of all wavelengths near the scene is taken.
+        self._origin = 256 * np.round(scene.vertices[scene.faces[0, 0]] / 256)
+        self._looks = np.zeros((NO_TAG + 1, 3), np.float32)
+        for index, tag in enumerate(scene.tags):
+            material = materials[tag]
+            self._looks[index] = material.ir_reflectance, material.gloss, _TEXTURE * material.texture
+
+    def render(
+        self, pose: NDArray[np.float64], seed: int, index: int, threads: int
+    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """The left and the right image, (height, width) uint8, of frame ``index`` at ``pose`` (4, 4)."""
+        settings, camera = self.settings, self.camera
+        images = [self._light(side, pose, seed, threads) for side in range(2)]
+        time, gain = imager.exposure(images, settings.imager, camera)
+        left, right = (
+            imager.develop(
+                image, settings.imager, camera, time, gain * (1 + side * settings.imager.imbalance),
+                Draws(seed, f"active_stereo {SIDES[side]}", index, threads), threads,
+            )
+            for side, image in enumerate(images)
+        )  # fmt: skip
+        return left, right
+
+    def _light(self, side: int, pose: NDArray[np.float64], seed: int, threads: int) -> NDArray[np.float32]:
+        """(height, width) irradiance on one imager [W/m²]."""
+        eye, light, scene = self._eyes[side], self.settings.light, self.caster.scene
+        offset = side * self.camera.baseline
+        place = pose.copy()
+        place[:3, 3] += pose[:3, 0] * offset
+        met: Geometry = self.caster.cast(eye, place, right=True, threads=threads)
+        assert met.right_sees is not None
+        row = np.concatenate([place[:3, :3].reshape(-1), place[:3, 3] - self._origin]).astype(np.float32)
+        sun = np.asarray(light.sun_direction) / np.linalg.norm(light.sun_direction)
+        # Speckle stays while surface and imager stay, and is another once the camera moves.
+        still = zlib.crc32(np.round(place * 1000).astype(np.int64).tobytes())
+        speckle = Draws(seed, f"speckle {SIDES[side]}", still, threads).normal(
+            (self.camera.height * self.camera.width,)
+        )
+        samples = self.settings.imager.samples
+        grain = np.array([self.settings.projector.speckle, eye.width, samples], np.float32)
+        out = np.empty(eye.shape, np.float32)
+        split(
+            radiance, out.size, threads, row, np.float32(1 / eye.fx), np.float32(offset), np.float32(self._source),
+            self._pattern, np.array([light.ambient, light.sun], np.float32), (pose[:3, :3].T @ sun).astype(np.float32),
+            self._looks, np.array(WAVELENGTHS, np.float32), speckle, grain, eye.rays[0].reshape(-1),
+            eye.rays[1].reshape(-1), met.depth.reshape(-1), met.face.reshape(-1), met.tag.reshape(-1),
+            met.right_sees.reshape(-1), scene.normals, out.reshape(-1), multiple=BLOCK,
+        )  # fmt: skip
+        return imager.gather(out, self.camera, self.settings.imager, threads)
+
+
+def _fine(camera: Camera, samples: int, source: float) -> Camera:
+    """The same view with n x n rays a pixel; its "right imager" is the projector, ``source`` metres to the right."""
+    keys = camera.model_dump() | {
+        "width": camera.width * samples,
+        "height": camera.height * samples,
+        "fx": camera.fx * samples,
+        "fy": camera.fy * samples,
+        "cx": (camera.cx + 0.5) * samples - 0.5,
+        "cy": (camera.cy + 0.5) * samples - 0.5,
+        "baseline": source,
+    }
+    # Not checked, because the projector may be to the left; not copied, because a copy keeps the rays it has made.
+    return Camera.model_construct(**keys)

@@ -1,0 +1,91 @@
+"""Effects at depth edges: foreground that grows, and depths in between."""
+
+import numpy as np
+import pytest
+from scipy import ndimage, stats
+from sensing import CAMERA, LEFT, RIGHT, STEP, disparity, measure, z_score
+from shapes import MATERIALS, as_scene, soup, sphere, wall
+
+from depthsim.raycast import Caster
+from depthsim.sensor import Sensor
+from depthsim.sensor.effects.edges import EdgeFattening, FlyingPixels
+from depthsim.sensor.effects.material_noise import MaterialNoise
+from depthsim.sensor.effects.shadow import StereoShadow
+
+CLUTTER = Caster(as_scene(soup(np.random.default_rng(2), 40), wall(6), tags=["plastic", "cement"]))
+POSE = np.eye(4)
+POSE[2, 3] = -4
+
+
+@pytest.mark.parametrize("radius", [1, 2, 5])
+def test_the_foreground_grows_by_whole_pixels_as_a_dilation_does(radius: int) -> None:
+    flat = as_scene(sphere(2, 0.3, (0, 0, 1.5)), sphere(2, 0.2, (0.4, 0.1, 2)), wall(4))
+    sensor = Sensor(Caster(flat), CAMERA, [EdgeFattening(radius=radius, step=0.5)], MATERIALS)
+    measured, clean = sensor.measure(np.eye(4)), Sensor(Caster(flat), CAMERA, [], MATERIALS).measure(np.eye(4))
+    nearest = ndimage.minimum_filter(clean.clean.depth, 2 * radius + 1, mode="nearest")
+    fb = CAMERA.focal_baseline
+    edge = fb / nearest > fb / clean.clean.depth + 0.5
+    assert np.array_equal(measured.depth != clean.depth, edge) and 0.01 < edge.mean() < 0.5
+    # Each takes a depth from within the radius, and never one that is farther than its own.
+    assert (measured.depth[edge] >= nearest[edge] * (1 - 1e-6)).all()
+    assert (measured.depth <= clean.depth).all()
+
+
+def test_a_fraction_of_a_pixel_is_a_chance() -> None:
+    d = np.concatenate([disparity(measure(EdgeFattening(radius=1.3), index=n)) for n in range(20)])
+    near = d > 8
+    assert near[:, LEFT - 1 : RIGHT + 1].all() and not near[:, : LEFT - 2].any() and not near[:, RIGHT + 2 :].any()
+    for column in (LEFT - 2, RIGHT + 1):
+        assert abs(z_score(near[:, column].sum(), np.full(len(near), 0.3))) < 4
+
+
+def test_what_grows_is_the_measured_depth() -> None:
+    noise = MaterialNoise(floor=0.02)
+    plain, grown = measure(noise).depth, measure(noise, EdgeFattening(radius=1)).depth
+    changed = plain != grown
+    assert np.array_equal(np.flatnonzero(changed.any(axis=0)), [LEFT - 1, RIGHT])
+    for v in range(1, CAMERA.height - 1):
+        assert grown[v, LEFT - 1] in plain[v - 1 : v + 2, LEFT]
+        assert grown[v, RIGHT] in plain[v - 1 : v + 2, RIGHT - 1]
+
+
+def test_the_shadow_moves_with_the_edge_and_keeps_its_width() -> None:
+    plain = measure(StereoShadow(share=1, left=0, right=0)).depth == 0
+    moved = measure(StereoShadow(share=1, left=0, right=0), EdgeFattening(radius=3)).depth == 0
+    assert np.array_equal(np.flatnonzero(plain.any(axis=0)), np.arange(LEFT - STEP, LEFT))
+    assert np.array_equal(moved, np.roll(plain, -3, axis=1))
+
+
+def test_the_clean_geometry_is_not_touched() -> None:
+    measured = measure(EdgeFattening(radius=4), StereoShadow())
+    assert np.array_equal(measured.clean.depth, measure().clean.depth)
+    assert np.array_equal(measured.clean.right_sees, measure(StereoShadow()).clean.right_sees)
+
+
+@pytest.mark.parametrize(("rate", "reach"), [(0.024, 2), (0.3, 1), (1.0, 4)])
+def test_flying_pixels_are_between_and_near_edges_and_as_many_as_said(rate: float, reach: int) -> None:
+    frames = [disparity(measure(FlyingPixels(rate=rate, reach=reach), index=n)) for n in range(20)]
+    d = np.concatenate(frames)
+    between = (d > 4.001) & (d < 9.999)
+    near = np.zeros(CAMERA.width, np.bool_)
+    near[[*range(LEFT - reach, LEFT + reach), *range(RIGHT - reach, RIGHT + reach)]] = True
+    assert not between[:, ~near].any()
+    # A pixel for each patch of 4x4: the others of the patch go with it.
+    columns = [u for u in np.flatnonzero(near) if not near[u - 1] or u % 4 == 0]
+    drawn = between[::4, columns]
+    assert abs(z_score(drawn.sum(), np.full(drawn.size, rate * 0.9997))) < 4
+    share = (d[::4, columns][drawn] - 4) / STEP
+    # w is counted from the pixel's own disparity, and it is uniform either way.
+    assert stats.kstest(share, "uniform").pvalue > 1e-4
+
+
+def test_other_pixels_keep_every_bit_in_clutter() -> None:
+    plain = Sensor(CLUTTER, CAMERA, [], MATERIALS).measure(POSE)
+    flying = Sensor(CLUTTER, CAMERA, [FlyingPixels(rate=1, reach=1)], MATERIALS).measure(POSE)
+    d = np.where(plain.clean.hit, CAMERA.focal_baseline / np.maximum(plain.clean.depth, 1e-6), np.nan)
+    with np.errstate(all="ignore"):
+        spread = ndimage.generic_filter(d, lambda w: np.nanmax(np.abs(w - w[4])), 3, mode="nearest")
+    far_from_edges = ~(spread > 1)
+    assert np.array_equal(plain.depth[far_from_edges], flying.depth[far_from_edges])
+    assert (plain.depth != flying.depth)[spread > 1.001].mean() > 0.95
+    assert (flying.depth > 0)[plain.depth > 0].all()
