@@ -1,8 +1,9 @@
 """The geometry of one depth camera: intrinsics, distortion and stereo baseline."""
 
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import yaml
@@ -55,6 +56,10 @@ class Camera(BaseModel):
                 place = f"({u[worst]:.0f}, {v[worst]:.0f})"
                 raise ValueError(f"no ray is bent to pixel {place}: the distortion folds over inside the image")
         return self
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> "Camera":
+        """A copy with other values, checked like any camera; pydantic's own would keep the rays of the old one."""
+        return Camera.model_validate({**self.model_dump(), **(update or {})})
 
     def _fields(self) -> tuple[object, ...]:
         return tuple(getattr(self, name) for name in type(self).model_fields)

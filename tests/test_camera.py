@@ -187,3 +187,9 @@ def test_equal_cameras_are_equal_after_their_rays_were_made() -> None:
     assert a == b
     assert hash(a) == hash(b)
     assert a != a.model_copy(update={"fx": 4.0})
+
+
+def test_a_copy_of_another_size_has_rays_of_its_own() -> None:
+    camera = Camera(width=5, height=4, fx=3, fy=3, cx=2, cy=1.5, baseline=0.05)
+    assert camera.rays.shape == (2, 4, 5)
+    assert camera.model_copy(update={"width": 7}).rays.shape == (2, 4, 7)

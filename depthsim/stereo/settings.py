@@ -71,7 +71,7 @@ class Imager(_Part):
     sensor_width: FiniteFloat = Field(default=3.84e-3, gt=1e-4, le=0.1, description="of the full image [m]")
     quantum_efficiency: FiniteFloat = Field(default=0.35, gt=0, le=1, description="at 850 nm")
     full_well: FiniteFloat = Field(default=7000.0, ge=100, le=1e6, description="electrons at 255, gain 1")
-    read_noise: FiniteFloat = Field(default=6.0, ge=0, le=1000, description="[electrons]")
+    read_noise: FiniteFloat = Field(default=10.0, ge=0, le=1000, description="[electrons]")
     blur: FiniteFloat = Field(
         default=0.5, ge=0, le=5, description="standard deviation of the lens's spread [px at width 848]"
     )
@@ -126,9 +126,6 @@ class MatcherSettings(_Part):
     steps: int = Field(default=2, ge=1, le=10, description="least-squares steps of the sub-pixel shift")
     floor: FiniteFloat = Field(default=4.0, ge=0.01, le=255, description="contrast that counts as much as noise [grey]")
     texture: FiniteFloat = Field(default=0.1, ge=0, description="least sum of squared slopes in the support region")
-    correlation: FiniteFloat = Field(
-        default=0.3, ge=-1, le=1, description="least, of the images over the support region"
-    )
     speckle_size: int = Field(default=60, ge=0, le=100_000, description="smaller patches are dropped [px]")
     speckle_step: FiniteFloat = Field(default=1.0, ge=0, le=64, description="most change within a patch [px]")
 

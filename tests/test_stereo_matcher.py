@@ -1,0 +1,181 @@
+"""The matcher on pairs whose disparity is known."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+from stereo_pairs import dotted, textured
+
+from depthsim.stereo import cost, paths
+from depthsim.stereo.matcher import Matcher, to_depth
+from depthsim.stereo.settings import MatcherSettings
+from depthsim.stereo.speckles import drop_speckles
+
+SHAPE = (120, 260)
+
+
+@pytest.mark.parametrize("disparity", [0.4, 7.0, 23.25, 41.5, 90.8])
+def test_a_moved_texture_is_found_to_a_small_part_of_a_pixel(disparity: float) -> None:
+    found = Matcher().match(*textured(SHAPE, disparity))
+    inner = found[10:-10, int(disparity) + 25 : -10]
+    assert (inner > 0).mean() > 0.99
+    assert abs(np.median(inner) - disparity) < 0.035
+    assert inner[inner > 0].std() < 0.05
+
+
+@pytest.mark.parametrize(("gain", "offset"), [(0.4, 0), (0.5, 90), (1.6, -60)])
+def test_brightness_of_the_two_images_need_not_agree(gain: float, offset: float) -> None:
+    left, right = textured(SHAPE, 23.25)
+    other = np.clip(gain * right + offset, 0, 255).astype(np.uint8)
+    found = Matcher().match(left, other)[10:-10, 50:-10]
+    assert (np.abs(found - 23.25) < 0.5).mean() > 0.97
+
+
+def test_sixteen_bits_find_what_eight_bits_find() -> None:
+    left, right = textured(SHAPE, 12.5)
+    eight = Matcher().match(left, right)
+    sixteen = Matcher().match(left.astype(np.uint16) * 257, right.astype(np.uint16) * 257)
+    assert (np.abs(eight - sixteen) < 0.1).mean() > 0.98
+
+
+def test_a_slanted_surface_is_not_a_staircase() -> None:
+    found = Matcher().match(*dotted(SHAPE, lambda x, y: 30 + 0.05 * y))
+    truth = 30 + 0.05 * np.arange(SHAPE[0])[:, None]
+    error = (found - truth)[12:-12, 60:-12]
+    valid = found[12:-12, 60:-12] > 0
+    assert valid.mean() > 0.97
+    assert np.abs(np.median(error[valid])) < 0.03
+    assert error[valid].std() < 0.2
+
+
+def test_a_near_plate_has_a_shadow_on_its_left_and_keeps_its_size() -> None:
+    shape = (160, 320)
+    left, right = textured(shape, 10.0, seed=1)
+    near_left, near_right = textured(shape, 30.0, seed=2)
+    left[40:120, 140:220] = near_left[40:120, 140:220]
+    right[40:120, 110:190] = near_right[40:120, 110:190]
+    found = Matcher().match(left, right)[50:110]
+    assert (np.abs(found[:, 150:210] - 30) < 0.5).mean() > 0.99
+    assert (np.abs(found[:, 240:300] - 10) < 0.5).mean() > 0.99
+    # 20 px of the far surface are hidden from the right imager.
+    assert (found[:, 122:138] > 0).mean() < 0.05
+    assert abs(np.median((found > 20).sum(axis=1)) - 80) < 8
+
+
+def test_the_left_band_without_disparity_is_as_wide_as_the_disparity() -> None:
+    found = Matcher().match(*textured(SHAPE, 40.0))
+    first = np.argmax(found[20:-20] > 0, axis=1)
+    assert (np.abs(first - 47) <= 2).mean() > 0.9
+
+
+def test_values_are_whole_steps_of_a_32nd() -> None:
+    found = Matcher().match(*textured(SHAPE, 17.3))
+    assert found.dtype == np.float32
+    valid = found[found >= 0] * 32
+    assert (valid == np.round(valid)).all()
+    assert (found[found < 0] == -1).all()
+
+
+def test_nothing_to_see_gives_nothing() -> None:
+    plain = np.full(SHAPE, 90, np.uint8)
+    assert (Matcher().match(plain, plain) == -1).all()
+
+
+def test_two_images_of_noise_do_not_match() -> None:
+    left, right = np.random.default_rng(5).integers(0, 255, (2, *SHAPE), dtype=np.uint8)
+    assert (Matcher().match(left, right) >= 0).mean() < 0.1
+
+
+def test_the_number_of_threads_changes_nothing() -> None:
+    pair = dotted(SHAPE, lambda x, y: 20 + 0.03 * x)
+    one = Matcher().match(*pair, threads=1)
+    matcher = Matcher()
+    for threads in (2, 3, 4, 2):
+        assert (matcher.match(*pair, threads=threads) == one).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(1, 40), st.integers(1, 60), st.integers(0, 2**32 - 1))
+def test_any_size_goes_through(height: int, width: int, seed: int) -> None:
+    left, right = np.random.default_rng(seed).integers(0, 255, (2, height, width), dtype=np.uint8)
+    found = Matcher(MatcherSettings(disparities=20, speckle_size=0)).match(left, right)
+    assert found.shape == (height, width)
+    assert ((found == -1) | ((found >= 0) & (found < 20))).all()
+
+
+@pytest.mark.parametrize(("gain", "noise", "height"), [(1.0, 2.0, 100.0), (0.5, 2.0, 100.0), (1.0, 4.0, 40.0)])
+def test_as_good_as_opencv_on_dots(gain: float, noise: float, height: float) -> None:
+    cv2 = pytest.importorskip("cv2", reason="opencv is not installed")
+    pair = dotted((160, 400), lambda x, y: 25 + 0.02 * y, gain=gain, noise=noise, height=height)
+    truth = 25 + 0.02 * np.arange(160)[:, None]
+    sgbm = cv2.StereoSGBM_create(0, 128, 5, 8 * 25, 32 * 25, 1, 31, 10, 100, 2)
+    theirs = sgbm.compute(*pair).astype(np.float32) / 16
+    ours = Matcher().match(*pair)
+    within = [(np.abs(one - truth) < 0.5)[10:-10, 140:-10].mean() for one in (ours, theirs)]
+    assert within[0] >= within[1] - 0.002
+    assert within[0] > 0.85
+
+
+def test_costs_are_differing_bits_over_the_window() -> None:
+    rng = np.random.default_rng(3)
+    left, right = rng.integers(0, 2**63, (2, 7, 15), dtype=np.uint64)
+    disparities, across, down = 6, 2, 1
+    found = np.empty((7, 15, disparities), np.int16)
+    cost.cost_rows(2, 7, left, right, across, down, found)
+    single = np.full((7, 15, disparities), cost.OUTSIDE)
+    for d in range(disparities):
+        bits = left[:, d:] ^ right[:, : 15 - d]
+        single[:, d:, d] = np.vectorize(lambda value: int(value).bit_count())(bits)
+    padded = np.pad(single, ((down, down), (across, across), (0, 0)), mode="edge")
+    expected = sum(padded[j : j + 7, i : i + 15] for j in range(3) for i in range(5))
+    assert (found[2:] == expected[2:]).all()
+
+
+def test_paths_are_those_of_the_formula() -> None:
+    rng = np.random.default_rng(4)
+    costs = rng.integers(0, 60, (6, 8, 5)).astype(np.int16)
+    small, large = 7, 20
+
+    def along(line: np.ndarray) -> np.ndarray:
+        out = line.astype(int)
+        for k in range(1, len(line)):
+            before = out[k - 1]
+            least = before.min()
+            for d in range(line.shape[1]):
+                ways = [before[d], least + large]
+                ways += [before[e] + small for e in (d - 1, d + 1) if 0 <= e < line.shape[1]]
+                out[k, d] = line[k, d] + min(ways) - least
+        return out
+
+    expected = np.zeros(costs.shape, int)
+    for y in range(6):
+        expected[y] += along(costs[y]) + along(costs[y, ::-1])[::-1]
+    for x in range(8):
+        expected[:, x] += along(costs[:, x]) + along(costs[::-1, x])[::-1]
+    total = np.empty_like(costs)
+    paths.across(0, 6, costs, np.int16(small), np.int16(large), total)
+    paths.downwards(0, 3, costs, np.int16(small), np.int16(large), total)
+    paths.downwards(3, 8, costs, np.int16(small), np.int16(large), total)
+    assert (total == expected).all()
+
+
+def test_speckles_are_the_small_connected_patches() -> None:
+    rng = np.random.default_rng(6)
+    picture = np.where(ndimage.gaussian_filter(rng.normal(size=(60, 80)), 1) > 0, 5.0, -1.0).astype(np.float32)
+    labels, _ = ndimage.label(picture > 0)
+    sizes = np.bincount(labels.ravel())
+    expected = np.where((picture > 0) & (sizes[labels] >= 40), picture, -1)
+    drop_speckles(picture, 40, 1.0)
+    assert (picture == expected).all()
+
+
+def test_noise_is_told_from_texture() -> None:
+    left, _ = textured((200, 300), 0.0, blur=2.5)
+    noisy = left + np.random.default_rng(7).normal(0, 3, left.shape)
+    assert abs(cost.noise_level(noisy.astype(np.float32)) - 3) < 0.7
+
+
+def test_no_disparity_is_no_depth() -> None:
+    depth = to_depth(np.array([-1, 0, 2, 4], np.float32), 8.0)
+    assert depth.tolist() == [0, 0, 4, 2]
