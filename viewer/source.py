@@ -11,6 +11,7 @@ from depthsim.camera import Camera
 from depthsim.runs import Run
 from depthsim.scene import Scene
 from depthsim.sensor import Sensor
+from depthsim.stereo.sensor import StereoSensor
 from depthsim.trajectory import Trajectory
 
 
@@ -67,7 +68,7 @@ class RunSource:
 class SceneSource:
     """Frames that a sensor measures along a trajectory when they are asked for."""
 
-    def __init__(self, sensor: Sensor, trajectory: Trajectory) -> None:
+    def __init__(self, sensor: Sensor | StereoSensor, trajectory: Trajectory) -> None:
         self._sensor, self._trajectory = sensor, trajectory
         self.camera: Camera = sensor.camera
         self.scene: Scene | None = sensor.caster.scene

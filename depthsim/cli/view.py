@@ -23,12 +23,13 @@ def view(
     port: Annotated[int, typer.Option(help="The first free port from here is taken.")] = 8080,
 ) -> None:
     """Show a scene or a run in the browser."""
+    from depthsim.generate import open_sensor
     from depthsim.materials import load_materials
     from depthsim.presets import preset
     from depthsim.raycast import Caster
     from depthsim.runs import Run
     from depthsim.scenefile import load_scene
-    from depthsim.sensor import Sensor, load_profile
+    from depthsim.sensor import load_profile
     from depthsim.trajectory import resolve_trajectory
     from viewer import RunSource, SceneSource, Viewer
 
@@ -45,7 +46,7 @@ def view(
         scene, profile = load(what), load_profile(sensor)
         camera = profile.camera or preset("d435")
         path = resolve_trajectory(trajectory, scene, camera.rate)
-        source = SceneSource(Sensor(Caster(scene), camera, profile.effects, known), path)
+        source = SceneSource(open_sensor(profile, Caster(scene), camera, known), path)
     viewer = Viewer(source, f"depthsim: {Path(what).name}", host, port, known)
     print(f"{what} is shown at {viewer.url} (Ctrl-C ends it)", flush=True)
     viewer.run()

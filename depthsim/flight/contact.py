@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from depthsim.kernels import kernel
 from depthsim.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -57,10 +57,7 @@ def first_contact(scene: Scene, t: Floats, positions: Floats, radius: float) -> 
     return None
 
 
-_kernel = njit(nogil=True, cache=True, error_model="numpy")
-
-
-@_kernel
+@kernel
 def _first(path, corners, radius):
     """The first segment that comes near a triangle, its share until then, the triangle, and the point touched."""
     point = np.zeros(3)
@@ -89,7 +86,7 @@ def _first(path, corners, radius):
     return -1, 0.0, -1, point
 
 
-@_kernel
+@kernel
 def _gap(a, b, triangle, point):
     """The distance between a segment and a triangle; ``point`` is left with the triangle's nearest point."""
     p, q, r = triangle[0], triangle[1], triangle[2]
@@ -123,7 +120,7 @@ def _gap(a, b, triangle, point):
     return best
 
 
-@_kernel
+@kernel
 def _inside(x, p, q, r, normal):
     """Whether a point of the triangle's plane is in the triangle."""
     u = np.dot(np.cross(q - p, x - p), normal)
@@ -132,7 +129,7 @@ def _inside(x, p, q, r, normal):
     return u >= 0 and v >= 0 and w >= 0
 
 
-@_kernel
+@kernel
 def _closest(a, b, u, v):
     """The shares along two segments where they are nearest (Ericson 2005, section 5.1.9)."""
     d, e, r = b - a, v - u, a - u

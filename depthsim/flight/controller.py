@@ -14,7 +14,8 @@ where e_R = (R_d^T R - R^T R_d)^∨ / 2 and e_ω = ω - R^T R_d ω_ref.
 """
 
 import numpy as np
-from numba import njit
+
+from depthsim.kernels import inlined, kernel
 
 P, V, FORCE, HEADING, RATES, SPIN = 0, 3, 6, 9, 11, 14
 """Where a row of a reference has position, velocity, f_ref, cos and sin of the yaw, ω_ref and ω'_ref."""
@@ -23,11 +24,8 @@ COLUMNS = 17
 _LEAST_FORCE = 1e-6
 """[m/s²] Less than this points nowhere; the attitude is then left as it is."""
 
-_kernel = njit(nogil=True, cache=True, error_model="numpy")
-_inlined = njit(nogil=True, error_model="numpy", inline="always")
 
-
-@_kernel
+@kernel
 def attitude(fx, fy, fz, c, s):  # noqa: ANN201 - numba
     """The nine entries, row by row, of the rotation whose z is along (fx, fy, fz) and whose x points to the yaw."""
     length = np.sqrt(fx * fx + fy * fy + fz * fz)
@@ -39,7 +37,7 @@ def attitude(fx, fy, fz, c, s):  # noqa: ANN201 - numba
     return xx, zy * xz - zz * xy, zx, xy, zz * xx - zx * xz, zy, xz, zx * xy - zy * xx, zz
 
 
-@_inlined
+@inlined
 def control(y, rows, n, craft, command):  # noqa: ANN201 - numba
     """The thrusts that a controller asks for in state ``y`` at row ``n`` of a reference, into ``command`` (K,)."""
     k_p, k_v, k_r, k_w = craft.gains[0], craft.gains[1], craft.gains[2], craft.gains[3]
@@ -85,7 +83,7 @@ def control(y, rows, n, craft, command):  # noqa: ANN201 - numba
     _mix(craft, thrust, mx, my, mz, command)
 
 
-@_inlined
+@inlined
 def _mix(craft, thrust, mx, my, mz, command):
     """Thrusts within the rotors' limits; where they are short the yaw gives way first."""
     low, high = craft.limits[0], craft.limits[1]

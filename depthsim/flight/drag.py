@@ -17,11 +17,11 @@ from abc import ABC, abstractmethod
 from typing import Annotated, ClassVar, Literal, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from depthsim.flight.constants import AIR_DENSITY, GRAVITY
+from depthsim.kernels import inlined, kernel
 
 Floats = NDArray[np.float64]
 Coefficient = Annotated[FiniteFloat, Field(ge=0)]
@@ -180,11 +180,7 @@ def hover_tangent(mass: float, rotors: int) -> tuple[float, float]:
     return math.sqrt(rotors / weight) / 2, math.sqrt(rotors * weight) / 2
 
 
-_kernel = njit(nogil=True, cache=True, error_model="numpy")
-_inlined = njit(nogil=True, error_model="numpy", inline="always")
-
-
-@_inlined
+@inlined
 def drag(law, c0, c1, c2, places, vx, vy, vz, wx, wy, wz, thrusts, first):  # noqa: ANN201 - numba
     """A law's force along body x, y, z and its moment about them.
 
@@ -222,7 +218,7 @@ def drag(law, c0, c1, c2, places, vx, vy, vz, wx, wy, wz, thrusts, first):  # no
     return fx, fy, fz, mx, my, mz
 
 
-@_kernel
+@kernel
 def drag_slopes(law, c, rotors, v, thrust):  # noqa: ANN201 - numba
     """The force over -v along body x, y, z [N/(m/s)], the thrust in equal parts and the vehicle not turning."""
     if law == LINEAR:
@@ -237,7 +233,7 @@ def drag_slopes(law, c, rotors, v, thrust):  # noqa: ANN201 - numba
     return slope, slope, 0.0
 
 
-@_kernel
+@kernel
 def _forces(law, c, places, v, w, thrusts, out):
     c0, c1, c2, rotors = c[0], c[1], c[2], len(places)
     flat = thrusts.ravel()

@@ -12,7 +12,6 @@ of fourth order; commands are held over a step, and the quaternion is made unit 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from depthsim.flight.constants import GRAVITY
@@ -21,14 +20,13 @@ from depthsim.flight.drag import drag
 from depthsim.flight.fleet import Craft, Fleet
 from depthsim.flight.ground_effect import ground_factor
 from depthsim.flight.wind import Air, wind_at
+from depthsim.kernels import kernel
 from depthsim.parallel import core_count, split
 
 Floats = NDArray[np.float64]
 
 BODY = 13
 """Numbers in a state before the rotors' thrusts."""
-
-_kernel = njit(nogil=True, cache=True, error_model="numpy")
 
 
 class Motion(NamedTuple):
@@ -75,7 +73,7 @@ def simulate(
     return Motion(stamps, out, force)
 
 
-@_kernel
+@kernel
 def _derivative(time, y, command, craft, air, i, dy):
     """The state's derivative into ``dy``, and the force [N] that is not gravity, along body x, y, z."""
     qx, qy, qz, qw = y[6], y[7], y[8], y[9]
@@ -118,7 +116,7 @@ def _derivative(time, y, command, craft, air, i, dy):
     return fx, fy, fz
 
 
-@_kernel
+@kernel
 def _fly(start, stop, fleet, air, references, which, commands, step, steps, every, states, out, forces):
     size, tracked = states.shape[1], references.shape[1] > 0
     k1, k2, k3, k4, mid = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)

@@ -16,7 +16,6 @@ steps, good to 1e-13 and 1e-10 of full scale: that holds for any law.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from depthsim.flight.constants import GRAVITY
@@ -24,6 +23,7 @@ from depthsim.flight.controller import COLUMNS, FORCE, HEADING, RATES, SPIN, P, 
 from depthsim.flight.drag import drag_slopes
 from depthsim.flight.paths import Path
 from depthsim.flight.vehicle import Vehicle
+from depthsim.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -105,7 +105,7 @@ def _derivative(values: Floats, step: float) -> Floats:
     return out / step
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _flat_map(law, c, rotors, mass, velocity, acceleration, yaw, force, rotation):
     v = np.empty(3)
     for n in range(len(yaw)):

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from depthsim.flight.dryden import GUST_STEP, first_order, second_order
+from depthsim.kernels import inlined
 
 Floats = NDArray[np.float64]
 Positive = Annotated[FiniteFloat, Field(gt=0)]
@@ -194,10 +194,7 @@ def make_air(
     return Air(mean, gusts, grid.velocity, grid.origin, grid.spacing, ground)
 
 
-_inlined = njit(nogil=True, error_model="numpy", inline="always")
-
-
-@_inlined
+@inlined
 def wind_at(air, vehicle, time, x, y, z):  # noqa: ANN201 - numba
     """The air's velocity at a time and place [m/s]."""
     wx, wy, wz = air.mean[vehicle, 0], air.mean[vehicle, 1], air.mean[vehicle, 2]
@@ -224,7 +221,7 @@ def wind_at(air, vehicle, time, x, y, z):  # noqa: ANN201 - numba
     return wx, wy, wz
 
 
-@_inlined
+@inlined
 def _cell(at, count):
     """The cell of a grid that a coordinate is in, and its share of the way through; the edge beyond the edge."""
     at = min(max(at, 0.0), count - 1.0)

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import os
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -10,10 +9,10 @@ from pathlib import Path
 import yaml
 from pydantic import ValidationError
 
-from depthsim.errors import InputError
 from depthsim.material_fit.curve import Curve, Point
 from depthsim.material_fit.fit import MaterialFit, SpreadKind
 from depthsim.materials import Material
+from depthsim.runs.storing import make_folder, write_whole
 
 ENTRIES, TABLE, PICTURE = "fitted_materials.yaml", "fitted_materials.csv", "fitted_materials.png"
 
@@ -61,11 +60,6 @@ def write_report(
         TABLE: curve_csv(curves, fits).encode(),
         ENTRIES: entries.encode(),
     }
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, content in contents.items():
-            (folder / f".{name}.part").write_bytes(content)
-            os.replace(folder / f".{name}.part", folder / name)
-    except OSError as error:
-        problem = (error.strerror or "cannot be written").lower()
-        raise InputError(folder, "", problem, "give a folder that can be written to") from None
+    make_folder(folder)
+    for name, content in contents.items():
+        write_whole(folder / name, content)

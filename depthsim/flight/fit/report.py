@@ -2,14 +2,13 @@
 
 import csv
 import io
-import os
 from pathlib import Path
 
 import numpy as np
 
-from depthsim.errors import InputError
 from depthsim.flight.fit.fit import DragFit
 from depthsim.flight.vehicle import ThrustCurve, Vehicle
+from depthsim.runs.storing import make_folder, write_whole
 
 VEHICLE, TABLE, PICTURE = "vehicle.yaml", "drag_fit.csv", "drag_fit.png"
 
@@ -77,14 +76,9 @@ def write_report(folder: Path, fit: DragFit, vehicle: Vehicle) -> None:
         TABLE: coefficients_csv(fit).encode(),
         VEHICLE: vehicle.to_yaml().encode(),
     }
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, content in contents.items():
-            (folder / f".{name}.part").write_bytes(content)
-            os.replace(folder / f".{name}.part", folder / name)
-    except OSError as error:
-        problem = (error.strerror or "cannot be written").lower()
-        raise InputError(folder, "", problem, "give a folder that can be written to") from None
+    make_folder(folder)
+    for name, content in contents.items():
+        write_whole(folder / name, content)
 
 
 def _cell(value: float) -> str:
