@@ -143,13 +143,13 @@ class FrameMaker:
             out=previous,
         )
         self._buffers.measurement = measured
-        clean, scene, camera = measured.clean, sensor.caster.scene, sensor.camera
+        scene, camera = sensor.caster.scene, sensor.camera
         makers: dict[str, Callable[[], NDArray[Any]]] = {
             "depth": lambda: measured.units,
-            "clean": lambda: to_units(clean.depth, camera),
-            "material": lambda: clean.tag,
-            "rgb": lambda: intensity_image(clean, camera, pose, scene, sensor.materials, threads=1),
-            "normal": lambda: clean.normals(scene),
+            "clean": lambda: to_units(measured.clean.depth, camera),
+            "material": lambda: measured.clean.tag,
+            "rgb": lambda: intensity_image(measured.clean, camera, pose, scene, sensor.materials, threads=1),
+            "normal": lambda: measured.clean.normals(scene),
         }
         if isinstance(measured, StereoMeasurement):
             left, right = measured.left, measured.right

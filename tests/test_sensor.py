@@ -139,3 +139,20 @@ def test_a_wall_too_far_for_the_unit_is_saturated_and_not_missing() -> None:
     measured = Sensor(Caster(as_scene(wall(7.0))), cam, PAPER, MATERIALS).measure(np.eye(4))
     assert set(np.unique(measured.units)) == {0, SATURATED}
     assert abs((measured.units == 0).mean() - 0.01) < 0.01
+
+
+def test_the_geometry_as_it_is_can_be_asked_for_later_and_frames_share_no_memory_with_it(caster: Caster) -> None:
+    """With effects that bend rays the nominal geometry is cast when it is asked for, from the pose of that time."""
+    effects = [effect_class(name)() for name in ("lateral_noise", "disparity_noise", "edge_fattening")]
+    eye, pose = camera(101, 75, 80.0), POSE.copy()
+    sensor = Sensor(caster, eye, effects, MATERIALS)
+    made = sensor.measure(pose)
+    kept = made.units.copy()
+    pose[2, 3] += 0.5
+    other = sensor.measure(pose)
+    assert made.cast_already is None
+    np.testing.assert_array_equal(made.clean.depth, caster.cast(eye, POSE).depth)
+    np.testing.assert_array_equal(made.units, kept)
+    assert (other.units != kept).any()
+    again = sensor.measure(POSE, out=made)
+    np.testing.assert_array_equal(again.units, kept)

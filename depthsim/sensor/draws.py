@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from depthsim.kernels import inlined, kernel
 from depthsim.llvm import bits_float, float_bits
 from depthsim.parallel import split
+from depthsim.sensor.scratch import Scratch
 
 STEPS = 64
 BLOCK = 4 * STEPS
@@ -130,20 +131,24 @@ class Draws:
     while it uses them takes ``key`` and ``frame`` and calls :func:`normal_block` or :func:`uniform_block`.
     """
 
-    def __init__(self, seed: int, name: str, frame: int, threads: int = 1) -> None:
+    def __init__(self, seed: int, name: str, frame: int, threads: int = 1, scratch: Scratch | None = None) -> None:
         digest = hashlib.blake2b(f"{seed}:{name}".encode(), digest_size=8).digest()
         self.key = np.frombuffer(digest, "<u4").astype(np.uint32)
         self.frame = frame
-        self._threads = threads
+        self._threads, self._scratch = threads, scratch
+
+    def empty(self, shape: tuple[int, ...]) -> NDArray[np.float32]:
+        """Float32 numbers to be written; with ``scratch`` they are good until the frame is finished."""
+        return np.empty(shape, np.float32) if self._scratch is None else self._scratch.empty(shape)
 
     def normal(self, shape: tuple[int, ...], stream: int = 0) -> NDArray[np.float32]:
         """Standard normal float32 numbers."""
-        out = np.empty(shape, np.float32)
+        out = self.empty(shape)
         split(_fill_normal, out.size, self._threads, self.frame, stream, self.key, out.reshape(-1), multiple=BLOCK)
         return out
 
     def uniform(self, shape: tuple[int, ...], stream: int = 0) -> NDArray[np.float32]:
         """Uniform float32 numbers in (0, 1)."""
-        out = np.empty(shape, np.float32)
+        out = self.empty(shape)
         split(_fill_uniform, out.size, self._threads, self.frame, stream, self.key, out.reshape(-1), multiple=BLOCK)
         return out

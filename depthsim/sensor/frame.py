@@ -1,9 +1,10 @@
 """One frame on its way through the sensor."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from depthsim.camera import Camera
 from depthsim.kernels import kernel
@@ -14,14 +15,17 @@ from depthsim.scene import NO_TAG, Scene
 from depthsim.sensor.draws import Draws
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.noise_field import Correlation, noise_field
+from depthsim.sensor.scratch import Scratch
 
 
 @kernel
 def _invert(start, stop, focal_baseline, given, wanted):
     """Depth to disparity, or back: f·b / x; what is not positive becomes 0, no return."""
-    for i in range(start, stop):
-        value = focal_baseline / given[i]
-        wanted[i] = value if given[i] > np.float32(0) else np.float32(0)
+    # Slices, because an index that is plainly not negative is what lets the compiler use the vector unit.
+    x, y = given[start:stop], wanted[start:stop]
+    for i in range(x.size):
+        value = focal_baseline / x[i]
+        y[i] = value if x[i] > np.float32(0) else np.float32(0)
 
 
 @kernel
@@ -54,14 +58,17 @@ class Frame:
         index: int = 0,
         stamp: float = 0.0,
         threads: int = 1,
+        scratch: Scratch | None = None,
     ) -> None:
         self.geometry, self.camera, self.scene, self.materials, self.motion = geometry, camera, scene, materials, motion
         self.seed, self.index, self.stamp, self.threads = seed, index, stamp, threads
         self.correlation = Correlation()
+        self._scratch = scratch or Scratch()
         self._depth = depth
         self._disparity: NDArray[np.float32] | None = None
         self._is_disparity = False
         self._variance: NDArray[np.float32] | None = None
+        self._gain: NDArray[np.float32] | None = None
         self._used: dict[str, int] = {}
 
     @property
@@ -91,18 +98,34 @@ class Frame:
         it is drawn when the depth or the disparity is asked for.
         """
         if self._variance is None:
-            self._variance = np.zeros_like(self._depth)
+            self._variance = self.empty()
+            self._variance.fill(0)
         return self._variance
+
+    @property
+    def noise_gain(self) -> NDArray[np.float32]:
+        """(height, width) float32: what the std of every noise that is not drawn yet is multiplied by; 1 at first."""
+        if self._gain is None:
+            self._gain = self.empty()
+            self._gain.fill(1)
+        return self._gain
+
+    @property
+    def has_noise_gain(self) -> bool:
+        """Whether some effect has asked for :attr:`noise_gain`."""
+        return self._gain is not None
 
     def _draw_noise(self) -> None:
         if self._variance is not None:
             variance, self._variance = self._variance.reshape(-1), None
             noise = self.unit_noise("noise of the disparity").reshape(-1)
+            if self._gain is not None:
+                noise *= self._gain.reshape(-1)
             self.run(_add_noise, variance, noise, self._as_disparity().reshape(-1))
 
     def _as_disparity(self) -> NDArray[np.float32]:
         if self._disparity is None:
-            self._disparity = np.empty_like(self._depth)
+            self._disparity = self.empty()
         if not self._is_disparity:
             self._convert(self._depth, self._disparity)
         self._is_disparity = True
@@ -111,10 +134,14 @@ class Frame:
     def _convert(self, given: NDArray[np.float32], wanted: NDArray[np.float32]) -> None:
         self.run(_invert, np.float32(self.camera.focal_baseline), given.reshape(-1), wanted.reshape(-1))
 
+    def empty(self, dtype: DTypeLike = np.float32) -> NDArray[Any]:
+        """(height, width) with arbitrary content, for an effect to write; it is good until the frame is finished."""
+        return self._scratch.empty(self._depth.shape, dtype)
+
     def draws(self, name: str) -> Draws:
         """Random numbers of one effect. An effect that stands twice in a profile draws anew the second time."""
         turn = self._used[name] = self._used.get(name, 0) + 1
-        return Draws(self.seed, name if turn == 1 else f"{name}#{turn}", self.index, self.threads)
+        return Draws(self.seed, name if turn == 1 else f"{name}#{turn}", self.index, self.threads, self._scratch)
 
     def unit_noise(self, name: str) -> NDArray[np.float32]:
         """(height, width) float32: the noise of one effect, normal with mean 0 and variance 1 at every pixel.

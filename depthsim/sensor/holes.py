@@ -15,11 +15,11 @@ def lose(block, frame, key, chance, words, uniforms, depth):  # noqa: ANN201 - n
     chance: (256,) float32; at 0 or below a depth is safe, at 1 or above it is lost. words: (256,) uint32 and
     uniforms: (256,) float32 are scratch. depth: at most 256 float32, changed.
     """
-    most = _ZERO
+    some = np.int32(0)
     for i in range(depth.size):
-        most = max(most, chance[i])
+        some |= np.int32(chance[i] > _ZERO)
     # A block where nothing can be lost, which are most of them, needs no numbers: they are counted, not used up.
-    if most > _ZERO:
+    if some:
         uniform_block(block, frame, 0, key, words, uniforms)
         for i in range(depth.size):
             depth[i] = depth[i] if uniforms[i] >= chance[i] else _ZERO

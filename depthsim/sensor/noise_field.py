@@ -47,11 +47,11 @@ def noise_field(draws: Draws, shape: tuple[int, int], correlation: Correlation, 
     height, width = shape
     wide = height + down.size - 1, width + across.size - 1
     numbers, weights = frame_weights(draws.frame, correlation.frames)
-    white = np.empty(wide, np.float32)
+    white = draws.empty(wide)
     split(_sum_frames, white.size, threads, numbers, weights, draws.key, white.reshape(-1), multiple=BLOCK)
     if wide == shape:
         return white
-    smooth = np.empty(shape, np.float32)
+    smooth = draws.empty(shape)
     split(_smooth, height, threads, across, down, white, smooth)
     return smooth
 

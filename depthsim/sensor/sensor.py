@@ -1,7 +1,9 @@
 """The sensor: a camera and effects, from poses to measured depth."""
 
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,7 @@ from depthsim.raycast import Caster, Geometry
 from depthsim.sensor.effect import Effect, Stage, physical_order
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.motion import Motion
+from depthsim.sensor.scratch import Scratch
 from depthsim.sensor.view import View
 
 SATURATED = 65535
@@ -24,20 +27,22 @@ SATURATED = 65535
 @kernel
 def _through_disparity(start, stop, focal_baseline, clean, depth):
     """Z -> disparity f·b / Z -> Z (Eq. 2 of the paper: Z = b·f / (x_R - x_L)); 0 stays 0."""
-    for i in range(start, stop):
-        disparity = focal_baseline / clean[i]
-        depth[i] = focal_baseline / disparity if clean[i] > np.float32(0) else np.float32(0)
+    z, out = clean[start:stop], depth[start:stop]
+    for i in range(z.size):
+        disparity = focal_baseline / z[i]
+        out[i] = focal_baseline / disparity if z[i] > np.float32(0) else np.float32(0)
 
 
 @kernel
 def _round_to_units(start, stop, units_per_metre, depth, units):
     """Depth [m] as the camera stores it: whole units, 0 for no return, 65535 where it would not fit."""
-    for i in range(start, stop):
-        value = depth[i] * units_per_metre + np.float32(0.5)
+    z, out = depth[start:stop], units[start:stop]
+    for i in range(z.size):
+        value = z[i] * units_per_metre + np.float32(0.5)
         # Written so that what is not a number becomes no return.
         value = value if value > np.float32(0) else np.float32(0)
         value = value if value < np.float32(SATURATED) else np.float32(SATURATED)
-        units[i] = np.uint16(np.int32(value))
+        out[i] = np.uint16(np.int32(value))
 
 
 def to_units(
@@ -56,12 +61,26 @@ class Measurement:
 
     units: (height, width) uint16, depth in units of camera.depth_scale; 0 is no return, 65535 too far.
     depth: (height, width) float32, the same before it was rounded [m].
-    clean: the geometry as it is, along the rays and from the pose that the camera believes in.
+    given: ``clean``, or what casts it.
     """
 
     units: NDArray[np.uint16]
     depth: NDArray[np.float32]
-    clean: Geometry
+    given: Geometry | Callable[[], Geometry]
+
+    @cached_property
+    def clean(self) -> Geometry:
+        """The geometry as it is, along the rays and from the pose that the camera believes in.
+
+        Where effects bend the rays or move the camera the frame is made without it; then it is cast when it is first
+        asked for.
+        """
+        return self.given() if callable(self.given) else self.given
+
+    @property
+    def cast_already(self) -> Geometry | None:
+        """``clean`` if that was cast, for the next frame to write over."""
+        return vars(self).get("clean") if callable(self.given) else self.given
 
 
 class Sensor:
@@ -79,6 +98,7 @@ class Sensor:
         self.materials = materials or load_materials()
         self.effects = sorted((e for e in effects if not e.is_neutral), key=physical_order)
         self._check_tags()
+        self._own = threading.local()
 
     def _check_tags(self) -> None:
         """Raise :class:`InputError` where the scene or an effect names a tag that is no material."""
@@ -110,25 +130,40 @@ class Sensor:
         threads = threads or core_count()
         if out is not None and out.depth.shape != self.camera.shape:
             raise ValueError(f"out has pictures of {out.depth.shape}, the camera of {self.camera.shape}")
-        motion = motion or Motion.still(np.asarray(pose, np.float64))
+        pose = np.array(pose, np.float64)  # a copy, because the caller may change his before ``clean`` is asked for
+        motion = motion or Motion.still(pose)
         right = any(effect.needs_right for effect in self.effects)
         bending = [effect for effect in self.effects if effect.stage <= Stage.OPTICS]
-        clean = self.caster.cast(
-            self.camera, pose, right=right and not bending, threads=threads, out=out.clean if out else None
-        )
-        met = clean
+        scratch, before = self._scratch(), out.cast_already if out else None
+        cast = partial(self.caster.cast, self.camera, pose, right=right and not bending, threads=threads, out=before)
+        clean: Geometry | Callable[[], Geometry] = cast
         if bending:
-            view = View(np.asarray(pose), self.camera.rays, self.camera, motion, seed, index, stamp, threads)
+            view = View(pose, self.camera.rays, self.camera, motion, seed, index, stamp, threads, scratch)
             for effect in bending:
                 effect.bend(view)
             poses = view.pose if view.pose.ndim == 2 else view.pose[None]
-            met = self.caster.cast(self.camera, poses, right=right, rays=view.rays, threads=threads)
+            met = self.caster.cast(
+                self.camera, poses, right=right, rays=view.rays, threads=threads, out=getattr(self._own, "met", None)
+            )
+            self._own.met = met
             met = met if view.pose.ndim == 2 else met[0]
+        else:
+            clean = met = cast()
         depth = out.depth if out else np.empty(self.camera.shape, np.float32)
         units = out.units if out else np.empty(self.camera.shape, np.uint16)
         focal_baseline = np.float32(self.camera.focal_baseline)
         split(_through_disparity, depth.size, threads, focal_baseline, met.depth.reshape(-1), depth.reshape(-1))
-        frame = Frame(depth, met, self.camera, self.caster.scene, self.materials, motion, seed, index, stamp, threads)
+        frame = Frame(
+            depth, met, self.camera, self.caster.scene, self.materials, motion, seed, index, stamp, threads, scratch
+        )
         for effect in self.effects[len(bending) :]:
             effect.apply(frame)
         return Measurement(to_units(frame.depth, self.camera, threads, units), frame.depth, clean)
+
+    def _scratch(self) -> Scratch:
+        """This thread's memory for a frame."""
+        if not hasattr(self._own, "scratch"):
+            self._own.scratch = Scratch()
+        scratch: Scratch = self._own.scratch
+        scratch.begin()
+        return scratch

@@ -1,6 +1,6 @@
 """What a frame is cast with: the poses and the rays, which the effects of pose and optics change."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from depthsim.camera import Camera
 from depthsim.sensor.draws import Draws
 from depthsim.sensor.motion import Motion
+from depthsim.sensor.scratch import Scratch
 
 
 @dataclass
@@ -17,6 +18,7 @@ class View:
     pose: camera to world, (4, 4), or (height, 4, 4) for a pose a row. rays: (2, height, width) float32, x and y of
     each pixel's ray at z = 1. Effects put new arrays in their place.
     stamp: when the frame was taken, by its own account [s]. motion: where the camera is, in time.
+    scratch: memory for arrays that are done with when the frame is.
     """
 
     pose: NDArray[np.float64]
@@ -27,7 +29,8 @@ class View:
     index: int
     stamp: float
     threads: int = 1
+    scratch: Scratch = field(default_factory=Scratch)
 
     def draws(self, name: str) -> Draws:
         """Random numbers of one effect."""
-        return Draws(self.seed, name, self.index, self.threads)
+        return Draws(self.seed, name, self.index, self.threads, self.scratch)

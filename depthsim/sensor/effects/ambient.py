@@ -18,22 +18,31 @@ _ZERO = _f(0)
 @kernel
 def _light(start, stop, rotation, sun, normals, face, ray_x, ray_y, lit):
     """lit = cosine between the sun and the side of the surface that the camera sees; 0 in its own shade."""
-    for i in range(start, stop):
-        f = max(face[i], 0)
+    faces, xs, ys, out = face[start:stop], ray_x[start:stop], ray_y[start:stop], lit[start:stop]
+    for i in range(out.size):
+        f = np.uint32(max(faces[i], np.int32(0)))
         nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
-        x, y = ray_x[i], ray_y[i]
+        x, y = xs[i], ys[i]
         rx = rotation[0] * x + rotation[1] * y + rotation[2]
         ry = rotation[3] * x + rotation[4] * y + rotation[5]
         rz = rotation[6] * x + rotation[7] * y + rotation[8]
         cosine = nx * sun[0] + ny * sun[1] + nz * sun[2]
         cosine = -cosine if nx * rx + ny * ry + nz * rz > _ZERO else cosine
-        lit[i] = max(cosine, _ZERO) if face[i] >= 0 else _ZERO
+        out[i] = max(cosine, _ZERO) if faces[i] >= 0 else _ZERO
 
 
 @kernel
 def _add_noise(start, stop, noise, lit, variance):
-    for i in range(start, stop):
-        variance[i] += (noise * lit[i]) ** 2
+    light, var = lit[start:stop], variance[start:stop]
+    for i in range(var.size):
+        var[i] += (noise * light[i]) ** 2
+
+
+@kernel
+def _multiply(start, stop, gain, lit, factor):
+    light, f = lit[start:stop], factor[start:stop]
+    for i in range(f.size):
+        f[i] *= _f(1) + gain * light[i]
 
 
 @kernel
@@ -64,6 +73,15 @@ class AmbientLight(Effect):
     holes: float = parameter(
         0.2, low=0, high=1, unit="share", neutral=0, about="share lost in full sun", source="assumed"
     )
+    gain: float = parameter(
+        0.0,
+        low=0,
+        high=20,
+        unit="1",
+        neutral=0,
+        about="growth of the std of all other noise in full sun",
+        source="none: a noise of its own stands for it",
+    )
     azimuth: float = parameter(
         30.0, low=-180, high=180, unit="deg", about="of the sun, from the world's x towards its y", source="assumed"
     )
@@ -74,7 +92,7 @@ class AmbientLight(Effect):
     @property
     def is_neutral(self) -> bool:
         """Whether the sun makes neither noise nor holes."""
-        return self.noise == 0 and self.holes == 0
+        return self.noise == 0 and self.holes == 0 and self.gain == 0
 
     @property
     def sun(self) -> NDArray[np.float32]:
@@ -84,11 +102,16 @@ class AmbientLight(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Add the noise and set the drawn pixels to 0."""
-        lit = np.empty(frame.geometry.face.size, np.float32)
+        lit = frame.empty().reshape(-1)
         rotation = frame.motion.at(frame.stamp)[0, :3, :3].astype(np.float32).reshape(-1)
         ray_x, ray_y = frame.camera.rays.reshape(2, -1)
         face = frame.geometry.face.reshape(-1)
         frame.run(_light, rotation, self.sun, frame.scene.normals, face, ray_x, ray_y, lit)
-        frame.run(_add_noise, _f(self.noise), lit, frame.noise_variance.reshape(-1))
+        if self.noise:
+            frame.run(_add_noise, _f(self.noise), lit, frame.noise_variance.reshape(-1))
+        if self.gain:
+            frame.run(_multiply, _f(self.gain), lit, frame.noise_gain.reshape(-1))
+        if not self.holes:
+            return
         draws, disparity = frame.draws(self.id), frame.disparity.reshape(-1)
         frame.run(_make_holes, draws.frame, draws.key, _f(self.holes), lit, disparity, multiple=BLOCK)

@@ -13,16 +13,18 @@ _f = np.float32
 
 @kernel
 def _scale(start, stop, factor, disparity):
-    for i in range(start, stop):
-        disparity[i] *= factor
+    d = disparity[start:stop]
+    for i in range(d.size):
+        d[i] *= factor
 
 
 @kernel
 def _shift(start, stop, offset, disparity):
     """What is shifted to 0 or beyond has no depth."""
-    for i in range(start, stop):
-        shifted = max(disparity[i] + offset, _f(0))
-        disparity[i] = shifted if disparity[i] > _f(0) else _f(0)
+    d = disparity[start:stop]
+    for i in range(d.size):
+        shifted = max(d[i] + offset, _f(0))
+        d[i] = shifted if d[i] > _f(0) else _f(0)
 
 
 def _scale_depth(frame: Frame, scale: float) -> None:

@@ -66,8 +66,9 @@ def _move_shadow(start, stop, width, radius, uniform, clean, grown, seen, sees):
             if seen[i] < seen[i - 1]:
                 for k in range(max(i - np.int32(radius + uniform[i]), at), i):
                     sees[k] = np.uint8(0)
-        for i in range(at, at + width):
-            sees[i] = np.uint8(1) if grown[i] < clean[i] else sees[i]
+        g, z, s = grown[at : at + width], clean[at : at + width], sees[at : at + width]
+        for u in range(width):
+            s[u] = np.uint8(1) if g[u] < z[u] else s[u]
 
 
 class EdgeFattening(Effect):
@@ -94,8 +95,8 @@ class EdgeFattening(Effect):
         focal_baseline, radius = _f(frame.camera.focal_baseline), _f(self.radius)
         uniform = frame.draws(self.id).uniform(frame.depth.shape).reshape(-1)
         clean, depth = geometry.depth.reshape(-1), frame.depth.reshape(-1)
-        disparity, most = np.empty_like(clean), np.empty_like(clean)
-        measured, grown = depth.copy(), clean.copy()
+        disparity, most, measured, grown = (frame.empty().reshape(-1) for _ in range(4))
+        measured[:], grown[:] = depth, clean
         frame.run(_find_nearest, width, reach, focal_baseline, clean, disparity, most, multiple=width)
         frame.run(
             _grow, width, reach, radius, _f(self.step), uniform, disparity, most, clean, measured, depth, grown,
@@ -103,7 +104,8 @@ class EdgeFattening(Effect):
         )  # fmt: skip
         sees = geometry.right_sees
         if sees is not None:
-            seen, sees = sees, sees.copy()
+            seen, sees = sees, frame.empty(np.uint8)
+            sees[:] = seen
             arrays = (uniform, clean, grown, seen.reshape(-1), sees.reshape(-1))
             frame.run(_move_shadow, width, radius, *arrays, multiple=width)
         frame.geometry = replace(geometry, depth=grown.reshape(geometry.depth.shape), right_sees=sees)
@@ -154,9 +156,10 @@ class FlyingPixels(Effect):
     def apply(self, frame: Frame) -> None:
         """Mix the drawn pixels with what is across the edge."""
         draws, depth, width = frame.draws(self.id), frame.depth.reshape(-1), frame.camera.width
-        patches = -(-frame.camera.height // _PATCH), -(-width // _PATCH)
+        patches, measured = (-(-frame.camera.height // _PATCH), -(-width // _PATCH)), frame.empty().reshape(-1)
+        measured[:] = depth
         frame.run(
             _mix, width, self.reach, _f(self.rate), _f(self.step), _f(frame.camera.focal_baseline),
-            draws.uniform(patches), draws.uniform(patches, stream=1), frame.geometry.depth.reshape(-1), depth.copy(),
+            draws.uniform(patches), draws.uniform(patches, stream=1), frame.geometry.depth.reshape(-1), measured,
             depth, multiple=width,
         )  # fmt: skip

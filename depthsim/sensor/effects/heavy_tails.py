@@ -10,10 +10,11 @@ from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 
 _f = np.float32
+_LEAST = _f(1e-6)
 
 
 @kernel
-def _mismatch(start, stop, frame, key, share, search, disparity):
+def _mismatch(start, stop, frame, key, share, search, spread, disparity):
     words = np.empty(BLOCK, np.uint32)
     chance, place = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
     for at in range(start, stop, BLOCK):
@@ -21,12 +22,19 @@ def _mismatch(start, stop, frame, key, share, search, disparity):
         uniform_block(at // BLOCK, frame, 1, key, words, place)
         d = disparity[at : min(at + BLOCK, stop)]
         for i in range(d.size):
-            false = search * place[i] if chance[i] < share else d[i]
+            u = min(max(place[i], _LEAST), _f(1) - _LEAST)
+            off = spread * (_f(2) * u - _f(1)) / np.sqrt(_f(2) * u * (_f(1) - u))
+            false = max(d[i] + off, _f(0)) if spread > _f(0) else search * place[i]
+            false = false if chance[i] < share else d[i]
             d[i] = false if d[i] > _f(0) else _f(0)
 
 
 class HeavyTails(Effect):
-    """A share of the returns has a disparity drawn uniformly from 0 to ``search`` in place of its own."""
+    """A share of the returns has a false disparity: uniform from 0 to ``search``, or its own plus ``spread`` · t.
+
+    t is Student's with two degrees of freedom, (2u - 1) / √(2u (1 - u)) for a uniform u: false matches that lie near
+    the right one.
+    """
 
     id: ClassVar[str] = "heavy_tails"
     stage: ClassVar[Stage] = Stage.NOISE
@@ -40,7 +48,8 @@ class HeavyTails(Effect):
         unit="share",
         neutral=0,
         about="share of the returns that are false",
-        source="0.3 % of the floor is more than 1 px of disparity off in the D435 frames of aims-slam",
+        source="0.3 % of the floor is more than 1 px of disparity off in the D435 frames of aims-slam, but in a few "
+        "patches, not in single pixels as here",
     )
     search: float = parameter(
         126,
@@ -51,7 +60,17 @@ class HeavyTails(Effect):
         source="126 px: the nearest range of a D435 at 848x480 is f·b / 126 px",
     )
 
+    spread: float = parameter(
+        0.0,
+        low=0,
+        high=50,
+        unit="px",
+        about="how far false disparities lie from the right one; 0: anywhere in the search range",
+        source="none: a false match may lie anywhere",
+    )
+
     def apply(self, frame: Frame) -> None:
         """Replace the drawn disparities."""
         draws, disparity = frame.draws(self.id), frame.disparity.reshape(-1)
-        frame.run(_mismatch, draws.frame, draws.key, _f(self.share), _f(self.search), disparity, multiple=BLOCK)
+        widths = _f(self.search), _f(self.spread)
+        frame.run(_mismatch, draws.frame, draws.key, _f(self.share), *widths, disparity, multiple=BLOCK)

@@ -13,11 +13,12 @@ from depthsim.sensor.view import View
 
 @kernel
 def _bend(start, stop, k1, k2, x, y, bent_x, bent_y):
-    for i in range(start, stop):
-        r2 = x[i] * x[i] + y[i] * y[i]
+    a, b, out_a, out_b = x[start:stop], y[start:stop], bent_x[start:stop], bent_y[start:stop]
+    for i in range(a.size):
+        r2 = a[i] * a[i] + b[i] * b[i]
         radial = np.float32(1) + r2 * (k1 + r2 * k2)
-        bent_x[i] = x[i] * radial
-        bent_y[i] = y[i] * radial
+        out_a[i] = a[i] * radial
+        out_b[i] = b[i] * radial
 
 
 class LensDistortion(Effect):
@@ -53,7 +54,7 @@ class LensDistortion(Effect):
 
     def bend(self, view: View) -> None:
         """Bend every ray."""
-        bent = np.empty_like(view.rays)
+        bent = view.scratch.empty(view.rays.shape)
         flat = *view.rays.reshape(2, -1), *bent.reshape(2, -1)
         split(_bend, flat[0].size, view.threads, np.float32(self.k1), np.float32(self.k2), *flat)
         view.rays = bent
@@ -89,7 +90,7 @@ class LateralNoise(Effect):
 
     def bend(self, view: View) -> None:
         """Move every ray."""
-        draws, jittered = view.draws(self.id), np.empty_like(view.rays)
+        draws, jittered = view.draws(self.id), view.scratch.empty(view.rays.shape)
         for axis, focal in enumerate((view.camera.fx, view.camera.fy)):
             flat = view.rays[axis].reshape(-1), jittered[axis].reshape(-1)
             step = np.float32(self.sigma / focal)

@@ -62,6 +62,7 @@ class MaterialNoise(Effect):
 
     id: ClassVar[str] = "material_noise"
     stage: ClassVar[Stage] = Stage.NOISE
+    rank: ClassVar[int] = 3  # after those that make the other noise larger
     source: ClassVar[str] = (
         "section 2 of 'High-Fidelity Drone Simulation with Depth Camera Noise and Improved Air Drag Force Models'"
     )
@@ -91,10 +92,12 @@ class MaterialNoise(Effect):
         m = frame.by_tag({tag: self.m.get(tag, frame.materials[tag].m) for tag in frame.scene.tags})
         clean, tag = frame.geometry.depth.reshape(-1), frame.geometry.tag.reshape(-1)
         floor, depth = _f(self.floor), frame.depth.reshape(-1)
-        if frame.correlation == Correlation():
+        if frame.correlation == Correlation() and not frame.has_noise_gain:
             draws = frame.draws(self.id)
             # Numbers that are made where they are used save a pass over the memory.
             frame.run(_add_noise, draws.frame, draws.key, floor, m, clean, tag, depth, multiple=BLOCK)
         else:
             noise = frame.unit_noise(self.id).reshape(-1)
+            if frame.has_noise_gain:
+                noise *= frame.noise_gain.reshape(-1)
             frame.run(_add_given_noise, floor, m, clean, tag, noise, depth)

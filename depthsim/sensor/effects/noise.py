@@ -1,7 +1,8 @@
 """Random errors of the disparity: constant, and growing with incidence, image radius or motion.
 
 Each effect adds an independent noise, so variances add. The disparity d [px] becomes d + std · N(0, 1), which is a
-depth error of about Z² / (f·b) · std.
+depth error of about Z² / (f·b) · std. Those that grow with something have a gain besides: where it is not 0, the std of
+all other noise is multiplied by 1 + gain · the same growth.
 """
 
 from typing import ClassVar
@@ -21,8 +22,9 @@ _NEAREST = _f(0.01)
 
 @kernel
 def _add_constant(start, stop, std, variance):
-    for i in range(start, stop):
-        variance[i] += std * std
+    var = variance[start:stop]
+    for i in range(var.size):
+        var[i] += std * std
 
 
 @kernel
@@ -47,6 +49,42 @@ def _add_by_motion(start, stop, std_turning, std_moving, clean, variance):
     for i in range(var.size):
         std = std_turning + std_moving / max(z[i], _NEAREST)
         var[i] += std * std
+
+
+@kernel
+def _gain_by_incidence(start, stop, gain, cosine, factor):
+    f, c = factor[start:stop], cosine[start:stop]
+    for i in range(f.size):
+        square = min(max(c[i], _LEAST_COSINE), _f(1)) ** 2
+        f[i] *= _f(1) + gain * np.sqrt((_f(1) - square) / square)
+
+
+@kernel
+def _gain_by_radius(start, stop, gain_per_square, x, y, factor):
+    f, a, b = factor[start:stop], x[start:stop], y[start:stop]
+    for i in range(f.size):
+        f[i] *= _f(1) + gain_per_square * (a[i] * a[i] + b[i] * b[i])
+
+
+@kernel
+def _gain_by_motion(start, stop, gain_turning, gain_moving, clean, factor):
+    f, z = factor[start:stop], clean[start:stop]
+    for i in range(f.size):
+        f[i] *= _f(1) + gain_turning + gain_moving / max(z[i], _NEAREST)
+
+
+def _gain(unit: str, where: str) -> float:
+    """The second way to grow: in proportion to the noise that is there."""
+    gain: float = parameter(
+        0.0,
+        low=0,
+        high=20,
+        unit=unit,
+        neutral=0,
+        about=f"growth of the std of all other noise {where}",
+        source="none: the D435 frames of aims-slam are told by a noise of its own",
+    )
+    return gain
 
 
 class DisparityNoise(Effect):
@@ -99,10 +137,20 @@ class IncidenceNoise(Effect):
         source="in all 0.050 px at 40 to 60°, 0.089 at 70 to 80°, 0.136 beyond, on a floor (aims-slam, D435)",
     )
 
+    gain: float = _gain("1", "at 45°")
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether it neither adds noise nor makes the other noise larger."""
+        return self.sigma == 0 and self.gain == 0
+
     def apply(self, frame: Frame) -> None:
         """Add the variance of the noise."""
         cosine = frame.geometry.cosine.reshape(-1)
-        frame.run(_add_by_incidence, _f(self.sigma), cosine, frame.noise_variance.reshape(-1))
+        if self.sigma:
+            frame.run(_add_by_incidence, _f(self.sigma), cosine, frame.noise_variance.reshape(-1))
+        if self.gain:
+            frame.run(_gain_by_incidence, _f(self.gain), cosine, frame.noise_gain.reshape(-1))
 
 
 class VignettingNoise(Effect):
@@ -126,12 +174,23 @@ class VignettingNoise(Effect):
         source="assumed: as much as disparity_noise",
     )
 
+    gain: float = _gain("1", "in the farthest corner")
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether it neither adds noise nor makes the other noise larger."""
+        return self.corner == 0 and self.gain == 0
+
     def apply(self, frame: Frame) -> None:
         """Add the variance of the noise."""
         rays = frame.camera.rays
         corners = rays[:, :: max(rays.shape[1] - 1, 1), :: max(rays.shape[2] - 1, 1)].astype(np.float64)
-        per_square = _f(self.corner / max(float((corners**2).sum(axis=0).max()), 1e-12))
-        frame.run(_add_by_radius, per_square, *rays.reshape(2, -1), frame.noise_variance.reshape(-1))
+        farthest = max(float((corners**2).sum(axis=0).max()), 1e-12)
+        x, y = rays.reshape(2, -1)
+        if self.corner:
+            frame.run(_add_by_radius, _f(self.corner / farthest), x, y, frame.noise_variance.reshape(-1))
+        if self.gain:
+            frame.run(_gain_by_radius, _f(self.gain / farthest), x, y, frame.noise_gain.reshape(-1))
 
 
 class MotionNoise(Effect):
@@ -155,8 +214,20 @@ class MotionNoise(Effect):
         source="assumed: 1.4 % of the blur at 1 rad/s (3.6 px at f = 425 px and an exposure of 8.5 ms)",
     )
 
+    gain: float = _gain("s/rad", "at 1 rad/s")
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether it neither adds noise nor makes the other noise larger."""
+        return self.sigma == 0 and self.gain == 0
+
     def apply(self, frame: Frame) -> None:
         """Add the variance of the noise."""
         speed, turning = frame.motion.speeds(frame.stamp)
-        clean, variance = frame.geometry.depth.reshape(-1), frame.noise_variance.reshape(-1)
-        frame.run(_add_by_motion, _f(self.sigma * turning), _f(self.sigma * speed), clean, variance)
+        clean = frame.geometry.depth.reshape(-1)
+        if self.sigma:
+            stds = _f(self.sigma * turning), _f(self.sigma * speed)
+            frame.run(_add_by_motion, *stds, clean, frame.noise_variance.reshape(-1))
+        if self.gain:
+            gains = _f(self.gain * turning), _f(self.gain * speed)
+            frame.run(_gain_by_motion, *gains, clean, frame.noise_gain.reshape(-1))

@@ -1,0 +1,31 @@
+"""Memory that is used again from frame to frame.
+
+A fresh picture's memory comes from the system page by page, at its first touch: 0.7 ms for 848x480 float32, where a
+simple effect takes 0.05 ms.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+
+class Scratch:
+    """Arrays for one frame after another, on one thread: what one frame has taken the next one writes over."""
+
+    def __init__(self) -> None:
+        self._kept: dict[tuple[tuple[int, ...], np.dtype[Any]], list[NDArray[Any]]] = {}
+        self._taken: dict[tuple[tuple[int, ...], np.dtype[Any]], int] = {}
+
+    def begin(self) -> None:
+        """Begin a frame: all arrays may be taken again."""
+        self._taken.clear()
+
+    def empty(self, shape: tuple[int, ...], dtype: DTypeLike = np.float32) -> NDArray[Any]:
+        """An array with arbitrary content, nobody else's until the next :meth:`begin`."""
+        kind = shape, np.dtype(dtype)
+        kept, taken = self._kept.setdefault(kind, []), self._taken.get(kind, 0)
+        if taken == len(kept):
+            kept.append(np.empty(shape, dtype))
+        self._taken[kind] = taken + 1
+        return kept[taken]
