@@ -1,0 +1,35 @@
+"""The formulas, a family a file; :data:`FORMULAS` lists them by effect."""
+
+from benchmarks.withheld_data.film import Formula
+from benchmarks.withheld_data.formulas import (
+    correlation,
+    disparity,
+    edges,
+    filters,
+    holes,
+    light,
+    limits,
+    noise,
+    optics,
+    outside,
+    pose,
+    shadow,
+    tails,
+)
+
+_FAMILIES = (pose, optics, disparity, noise, correlation, tails, holes, light, shadow, limits, edges, filters)
+
+
+def _by_effect(*families: object) -> dict[str, tuple[type[Formula], ...]]:
+    found: dict[str, tuple[type[Formula], ...]] = {}
+    for family in families:
+        for kind in vars(family).values():
+            if isinstance(kind, type) and issubclass(kind, Formula) and "effect" in vars(kind):
+                found[kind.effect] = (*found.get(kind.effect, ()), kind)
+    return found
+
+
+FORMULAS = _by_effect(*_FAMILIES)
+"""By the id of the effect, what may stand for it."""
+OUTSIDE = _by_effect(outside)
+"""The same for what no bank has."""

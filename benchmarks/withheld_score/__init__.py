@@ -1,0 +1,1 @@
+"""Diagnosing the withheld cases, and counting: plan, runner, rivals, tables and pictures."""

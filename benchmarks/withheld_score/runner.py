@@ -1,0 +1,143 @@
+"""Runs cases side by side, one result file a case; what is there already is not done again."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from benchmarks.withheld_data.case import Wanted
+
+ROOT = Path(__file__).resolve().parents[2]
+D435 = ROOT.parent / "shared" / "data" / "d435_floor"
+FOREVER = 3600
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How cases are run. folder: of the results. keep: leave runs and reports on disk."""
+
+    folder: Path
+    jobs: int = 1
+    keep: bool = False
+    rivals: bool = True
+    remeasure: bool = True
+
+
+def run_cases(cases: Iterable[Wanted], settings: Settings, told: Callable[[dict[str, Any]], None]) -> None:
+    """Run each case, or read its result; ``told`` gets every result as it comes."""
+    with ThreadPoolExecutor(settings.jobs) as pool:
+        for done in as_completed([pool.submit(_one, wanted, settings) for wanted in cases]):
+            told(done.result())
+
+
+def run_d435(settings: Settings) -> dict[str, Any] | None:
+    """Tier f: the real D435 frames against ``paper``; None where they are not on this machine."""
+    if not D435.is_dir():
+        return None
+    result = settings.folder / "cases" / "f_d435_floor.json"
+    if (there := _there(result)) is not None:
+        return there
+    profile = ROOT / "depthsim" / "sensor" / "profiles" / "paper.yaml"
+    record = {"truth": {"name": "f_d435_floor", "tier": "f", "effects": [], "against": "paper", "m_offsets": {}}}
+    return _judged(record, D435, profile, None, (), settings)
+
+
+def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
+    result = settings.folder / "cases" / f"{wanted.name}.json"
+    if (there := _there(result)) is not None:
+        return there
+    folder = settings.folder / "work" / wanted.name
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    fresh = settings.remeasure and wanted.tier == "a"
+    made = _child({"job": "make", "wanted": asdict(wanted), "folder": str(folder), "fresh": fresh}, folder)
+    record: dict[str, Any] = {"wanted": asdict(wanted)}
+    if "error" in made or "not_seen" in made["answer"]:
+        record |= {"error": made.get("error") or made["answer"]["not_seen"], "stage": "make"}
+        _store(settings, wanted.name, record)
+        return record
+    record["truth"] = made["answer"]
+    without = tuple(made["answer"].get("without", ()))
+    again = folder / "fresh" if fresh else None
+    record = _judged(record, folder / "run", folder / "sensor.yaml", again, without, settings)
+    if not settings.keep:
+        shutil.rmtree(folder)
+    return record
+
+
+def _there(file: Path) -> dict[str, Any] | None:
+    """A result that need not be made again: one that is not the failure of a diagnosis."""
+    if not file.exists():
+        return None
+    record: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return None if record.get("stage") == "diagnose" else record
+
+
+def _judged(
+    record: dict[str, Any], run: Path, sensor: Path, fresh: Path | None, without: tuple[str, ...], settings: Settings
+) -> dict[str, Any]:
+    name = record["truth"]["name"]
+    work = settings.folder / "work" / name
+    work.mkdir(parents=True, exist_ok=True)
+    order: dict[str, Any] = {"run": str(run), "sensor": str(sensor), "out": str(work / "report")}
+    order |= {"without": list(without), "threads": max(1, (os.cpu_count() or 1) // settings.jobs)}
+    found = _child({"job": "diagnose", **order}, work)
+    record |= {"seconds": found["seconds"], "peak_mb": found["peak_mb"]}
+    if "error" in found:
+        record |= {"error": found["error"], "stage": "diagnose"}
+    else:
+        record["diagnosis"] = found["answer"]
+        if fresh is not None:
+            again = _child({"job": "remeasure", **order, "run": str(fresh)}, work)
+            record["remeasured"] = again.get("answer") or {"error": again["error"]}
+    if settings.rivals and record["truth"]["tier"] in "ad":
+        rivals = _child({"job": "rivals", **order}, work)
+        record["rivals"] = rivals.get("answer") or {"error": rivals["error"]}
+    _store(settings, name, record)
+    return record
+
+
+def _store(settings: Settings, name: str, record: dict[str, Any]) -> None:
+    file = settings.folder / "cases" / f"{name}.json"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    beside = file.with_suffix(".tmp")
+    beside.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    beside.replace(file)
+
+
+def _child(order: dict[str, Any], work: Path) -> dict[str, Any]:
+    """Do a job in a process of its own: its answer or its error, seconds and peak memory."""
+    answer, log = work / f"{order['job']}.json", work / f"{order['job']}.log"
+    answer.unlink(missing_ok=True)
+    command = [sys.executable, "-m", "benchmarks.withheld_score.child", json.dumps({**order, "answer": str(answer)})]
+    begin = time.perf_counter()
+    with log.open("wb") as text:
+        process = subprocess.Popen(command, cwd=ROOT, stdout=text, stderr=subprocess.STDOUT)
+        peak = _wait(process, begin + FOREVER)
+    outcome: dict[str, Any] = {"seconds": time.perf_counter() - begin, "peak_mb": peak}
+    if answer.exists() and process.returncode == 0:
+        outcome["answer"] = json.loads(answer.read_text(encoding="utf-8"))
+    else:
+        lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        outcome["error"] = f"exit {process.returncode}: " + (lines[-1] if lines else "no output")
+    return outcome
+
+
+def _wait(process: subprocess.Popen[bytes], until: float) -> float:
+    """Wait for the end; the peak memory [MB] of the process and of those that it waited for."""
+    while True:
+        pid, status, usage = os.wait4(process.pid, os.WNOHANG)
+        if pid:
+            process.returncode = os.waitstatus_to_exitcode(status)
+            return usage.ru_maxrss / 1024
+        if time.perf_counter() > until:
+            process.kill()
+            until = float("inf")
+        time.sleep(0.05)

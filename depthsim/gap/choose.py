@@ -1,0 +1,226 @@
+"""Which effects explain the gap: one, then more, each judged on frames that it was not fitted on."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.gap.evidence import Counts, Evidence
+from depthsim.gap.fit import Floats, Model, Roots, polish, refine, start
+from depthsim.gap.hypotheses import Hypothesis
+from depthsim.gap.judge import Judge, jackknife
+from depthsim.sensor.effect import Effect
+
+_LEADERS = 6
+"""How many of the bank are fitted in full after a first look at all."""
+_MOST = 4
+"""How many causes are told at most."""
+_FAR_BEHIND = 2.0
+_FIRST = 0.3
+"""What the first cause must close at least: less is a name that happens to be near, not an explanation."""
+_OF_REST, _OF_ALL, _LARGE = 0.5, 0.01, 0.1
+"""What a further cause must close at least: of what was left and of the whole gap, or of the whole gap alone. The rest
+of a cause that follows another formula than the bank's is spread over many effects that close a little each."""
+_FIRST_APART, _APART = (0.05, 3.0), (0.02, 2.0)
+"""What is enough, too: so much of the whole gap, and so many times what the next effect would close. A true cause
+stands alone, however little of the gap it makes, while the rest of a misfit is taken up by several effects alike."""
+_TIED, _NEAR = 0.01, 0.15
+"""Effects whose closed fractions differ by less than the first are not told apart, however sure the difference; by more
+than the second they are no rivals."""
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A model and its gap on the frames held out."""
+
+    model: Model
+    gap: float
+
+    @property
+    def newest(self) -> Hypothesis:
+        """What was added last."""
+        return self.model.parts[-1]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The causes. gaps: on the frames held out, before the first and after each; ties: the equals of each cause.
+
+    looked_at: the leaders of each step, for the report.
+    """
+
+    model: Model
+    gaps: tuple[float, ...]
+    ties: dict[str, tuple[str, ...]]
+    looked_at: tuple[tuple[Candidate, ...], ...]
+
+
+class Chooser:
+    """Finds the causes. bank: what may be wrong; before, floor: the gap of the simulator as it is, and its least."""
+
+    def __init__(
+        self,
+        evidence: Evidence,
+        judge: Judge,
+        bank: Sequence[Hypothesis],
+        before: float,
+        floor: float,
+        say: Say = lambda _: None,
+    ) -> None:
+        self.evidence, self.judge, self.bank, self.say = evidence, judge, list(bank), say
+        self.before, self.floor, self.base = before, floor, evidence.base
+        self._few = evidence.train[:: max(1, round(len(evidence.train) / 2.5))]
+        self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
+
+    def run(self) -> Choice:
+        """One cause after the other, as long as the frames held out support it."""
+        model: Model | None = None
+        gap, looked = self.before, []
+        while (model is None or len(model.parts) < _MOST) and self._left(gap) > 0.005:
+            leaders = self.step(model)
+            looked.append(tuple(leaders))
+            if not leaders or not self._supported(gap, leaders, first=model is None):
+                break
+            model, gap = leaders[0].model, leaders[0].gap
+            if len(model.parts) > 1:
+                model, gap = self._prune(model, gap)
+        if model is None:
+            return Choice(Model((), np.empty(0)), (self.before,), {}, tuple(looked))
+        model, ties = self._compare_rivals(model, gap, looked)
+        return Choice(model, self._gaps(model), ties, tuple(looked))
+
+    def _supported(self, before: float, leaders: Sequence[Candidate], first: bool) -> bool:
+        """Whether what the first of ``leaders`` closes is enough to name it."""
+        whole = self.before - self.floor
+        best = leaders[0]
+        share = (before - best.gap) / whole
+        others = [before - c.gap for c in leaders if c.newest.effect != best.newest.effect]
+        apart, times = _FIRST_APART if first else _APART
+        if share >= apart and before - best.gap >= times * max(others, default=0.0):
+            return True
+        if first:
+            return share >= _FIRST
+        return share >= _LARGE or (share >= _OF_ALL and share >= _OF_REST * self._left(before))
+
+    def _gaps(self, model: Model) -> tuple[float, ...]:
+        """The gap before the first cause and after each, in the order of ``model``."""
+        effects, gaps = self.base, [self.before]
+        for part, x in zip(model.parts, model.split(model.x), strict=True):
+            effects = part.build(effects, x)
+            gaps.append(self.judge.quick(effects))
+        return tuple(gaps)
+
+    def step(self, so_far: Model | None) -> list[Candidate]:
+        """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out."""
+        found: list[Candidate] = []
+        least = np.inf
+        for model in self._screen(so_far)[:_LEADERS]:
+            self.say(f"fitting {model.parts[-1].effect}")
+            whole = self.fit(so_far.plus(model) if so_far else model, 2, polished=False)
+            # One that is far behind after two rounds will not win; what it closes is told as it is.
+            if whole.loss < _FAR_BEHIND * least:
+                whole = self.fit(whole, 4)
+            least = min(least, whole.loss)
+            found.append(Candidate(whole, self.judge.quick(whole.build(self.base))))
+        found.sort(key=lambda candidate: candidate.gap)
+        # Of those that do equally well the plainest comes first: holes everywhere before holes on every material.
+        close = [c for c in found if c.gap - found[0].gap < _TIED * (self.before - self.floor)]
+        plainest = min(close, key=lambda candidate: len(candidate.newest.free), default=None)
+        return sorted(found, key=lambda candidate: candidate is not plainest)
+
+    def fit(self, model: Model, rounds: int, polished: bool = True) -> Model:
+        """The model at its best parameters, on the frames for fitting."""
+        arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
+        model = refine(model, *arguments, rounds)
+        if polished and len(model.x) <= 6:
+            model = refine(polish(model, *arguments, (1.0, 0.4)), *arguments, 2)
+        return model
+
+    def _screen(self, so_far: Model | None) -> list[Model]:
+        """The bank on top of ``so_far``, best first, after a first look at all of it; of each effect its best form."""
+        taken = {part.effect for part in so_far.parts} if so_far else set()
+        taken |= {name for part in so_far.parts for name in part.replaces} if so_far else set()
+        base = so_far.build(self.base) if so_far else self.base
+        target, roots = self._targets[len(self._few)], self._roots(self._few)
+        best: dict[tuple[str, bool], Model] = {}
+        for number, hypothesis in enumerate(self.bank):
+            if hypothesis.effect in taken or (hypothesis.replaces & taken):
+                continue
+            self.say(f"looking at {hypothesis.effect}, {number + 1} of {len(self.bank)}")
+            model = refine(start(hypothesis, base, target, roots), base, target, roots, 1)
+            key = hypothesis.effect, bool(hypothesis.replaces)
+            if key not in best or model.loss < best[key].loss:
+                best[key] = model
+        return sorted(best.values(), key=lambda model: model.loss)
+
+    def _prune(self, model: Model, gap: float) -> tuple[Model, float]:
+        """Without the causes that later ones have made needless."""
+        for number in range(len(model.parts) - 2, -1, -1):
+            without = self.fit(model.less(number), 3)
+            rest = self.judge.quick(without.build(self.base))
+            if rest - gap < _OF_ALL * (self.before - self.floor):
+                self.say(f"{model.parts[number].effect} is no longer needed")
+                model, gap = without, rest
+        return model, gap
+
+    def _compare_rivals(
+        self, model: Model, gap: float, looked: Sequence[Sequence[Candidate]]
+    ) -> tuple[Model, dict[str, tuple[str, ...]]]:
+        """Each cause against those that came close to it: better ones take its place, equal ones are told as ties."""
+        whole = self.before - self.floor
+        ties: dict[str, tuple[str, ...]] = {}
+        for named in [part.effect for part in model.parts]:
+            cause = named
+            step = next((s for s in looked if s and any(c.newest.effect == cause for c in s)), ())
+            mine = next((c for c in step if c.newest.effect == cause), None)
+            taken = {part.effect for part in model.parts}
+            equals: list[str] = []
+            for rival in step:
+                name = rival.newest.effect
+                if mine is None or name in taken or name in equals or rival.gap - mine.gap > _NEAR * whole:
+                    continue
+                other = self._instead(model, cause, rival)
+                if other.gap < gap - _TIED * whole:
+                    self.say(f"{name} in place of {cause}")
+                    model, gap, equals = other.model, other.gap, []
+                    cause = name
+                elif other.gap - gap < _TIED * whole or not self._surely_worse(other, model):
+                    equals.append(name)
+            if equals:
+                ties[cause] = tuple(equals)
+        return model, ties
+
+    def _instead(self, model: Model, cause: str, rival: Candidate) -> Candidate:
+        """``model`` with ``rival`` in the place of ``cause``."""
+        if len(model.parts) == 1:
+            return rival
+        number = [part.effect for part in model.parts].index(cause)
+        newest = Model((rival.newest,), rival.model.split(rival.model.x)[-1])
+        self.say(f"trying {rival.newest.effect} in place of {cause}")
+        other = self.fit(newest.plus(model.less(number)), 3)
+        return Candidate(other, self.judge.quick(other.build(self.base)))
+
+    def _surely_worse(self, other: Candidate, model: Model) -> bool:
+        theirs, mine = (self.judge.simulate(m.build(self.base), 0) for m in (other.model, model))
+        real = self.judge.real
+
+        def difference(blocks: NDArray[np.int64]) -> float:
+            a, b, c = (x[blocks].sum(axis=0) for x in (real, theirs, mine))
+            return self.judge.ruler.gap(a, b) - self.judge.ruler.gap(a, c)
+
+        return jackknife(difference, np.arange(len(real)))[1][0] > 0
+
+    def _left(self, gap: float) -> float:
+        """The share of the gap that is left."""
+        return (gap - self.floor) / (self.before - self.floor)
+
+    def _sum(self, counts: Counts) -> Floats:
+        return self.judge.ruler.roots(counts.sum(axis=0))
+
+    def _roots(self, blocks: Sequence[int]) -> Roots:
+        def roots(effects: tuple[Effect, ...]) -> Floats:
+            return self._sum(self.evidence.simulate(effects, blocks))
+
+        return roots

@@ -1,0 +1,107 @@
+"""What a diagnosis says: diagnosis.json, as an object. The same for a depth sensor and for a flight."""
+
+import json
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_serializer
+
+from depthsim.runs.storing import write_whole
+
+Verdict = Literal["no_gap", "explained", "partly_explained", "unexplained"]
+What = Literal["bias", "spread", "missing", "correlation", "tail"]
+Interval = tuple[FiniteFloat, FiniteFloat]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Gap(_Part):
+    """How far simulation and recording differ, before and after the causes are added.
+
+    measure, unit: what is measured. floor: what two runs of one sensor differ by.
+    closed_fraction: (before - after) / (before - floor), 0 without a gap; ci95: its 95 % interval.
+    """
+
+    measure: str
+    unit: str
+    before: FiniteFloat
+    after: FiniteFloat
+    floor: FiniteFloat
+    closed_fraction: FiniteFloat
+    ci95: Interval
+
+
+class Cut(_Part):
+    """A part of the data in which a part of the gap lies.
+
+    axis: one of the axes of diagnosis.json, or two joined by " x ". interval [unit] or label: which part of it.
+    share_of_gap: 0 to 1. what: in what way simulation and recording differ there. text: the same in words.
+    """
+
+    axis: str
+    interval: Interval | None = None
+    label: str | None = None
+    unit: str = ""
+    share_of_gap: FiniteFloat
+    what: What
+    text: str = ""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_what_is_not_there(self, handler: Any) -> dict[str, Any]:
+        return {key: value for key, value in handler(self).items() if value is not None}
+
+
+class Cause(_Part):
+    """An effect that the simulator lacks, or has with a wrong value.
+
+    parameters: as fitted; ci95: their 95 % intervals, for those that were fitted.
+    closed_fraction: what of the gap this effect closes, on data that it was not fitted on; ci95_closed: its interval.
+    indistinguishable_from: effects that explain these data as well. advice: the recording that would tell them apart.
+    """
+
+    effect: str
+    parameters: dict[str, Any]
+    ci95: dict[str, Any] = Field(default_factory=dict)
+    closed_fraction: FiniteFloat
+    ci95_closed: Interval
+    indistinguishable_from: tuple[str, ...] = ()
+    advice: str = ""
+
+
+class Unexplained(_Part):
+    """What is left. fraction: of the gap; where: the same cuts for the rest; description: in words.
+
+    learnable: the share of the gap that a correction learned on those axes would close, on data held out; None unasked.
+    """
+
+    fraction: FiniteFloat
+    where: tuple[Cut, ...]
+    description: str
+    learnable: FiniteFloat | None = None
+
+
+class Diagnosis(_Part):
+    """The whole answer. ``where`` and ``causes`` are ranked: the first is the one to act on.
+
+    notes: what a reader must know besides, such as columns that were missing.
+    """
+
+    version: Literal[1] = 1
+    verdict: Verdict
+    gap: Gap
+    where: tuple[Cut, ...]
+    causes: tuple[Cause, ...]
+    unexplained: Unexplained | None
+    notes: tuple[str, ...] = ()
+
+    def to_json(self) -> str:
+        """The text of diagnosis.json."""
+        return json.dumps(self.model_dump(mode="json"), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+    def write(self, folder: Path) -> Path:
+        """Write diagnosis.json into ``folder``, whole or not at all."""
+        file = folder / "diagnosis.json"
+        write_whole(file, self.to_json().encode())
+        return file

@@ -1,0 +1,227 @@
+"""The parts of the diagnosis: axes against casting, counts, distances, fits."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+from shapes import as_scene, box, quad
+
+from depthsim.camera import Camera
+from depthsim.gap import fingerprint
+from depthsim.gap.covariates import covariates
+from depthsim.gap.distance import Ruler
+from depthsim.gap.evidence import choose_frames
+from depthsim.gap.hypotheses import Setting, hypotheses
+from depthsim.gap.judge import jackknife
+from depthsim.gap.result import Cause, Cut, Diagnosis, Gap, Unexplained
+from depthsim.gap.views import View
+from depthsim.raycast import Caster
+from depthsim.scene import Scene
+from depthsim.sensor import load_profile
+from depthsim.sensor.effect import effect_ids
+from depthsim.sensor.motion import Motion
+from depthsim.trajectory import Trajectory
+
+CAMERA = Camera(name="small", width=64, height=48, fx=40, fy=40, cx=31.5, cy=23.5, baseline=0.05)
+
+
+def room() -> Scene:
+    """A box to stand in, and one to look at."""
+    return as_scene(
+        box((-3, -3, 0), (4, 3, 3)), box((1.5, -0.5, 0), (2, 0.5, 1.1)), quad((2.5, 1, 0), (0.5, 1, 0), (0, 0, 2))
+    )
+
+
+def _pose(x: float = 0.0, yaw: float = 0.0) -> NDArray[np.float64]:
+    """Looking along the world's x, turned left by ``yaw``."""
+    pose = np.eye(4)
+    forward = np.array([np.cos(yaw), np.sin(yaw), -0.2])
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0, 0, 1.0])
+    right /= np.linalg.norm(right)
+    pose[:3, :3] = np.stack([right, np.cross(forward, right), forward], axis=1)
+    pose[:3, 3] = [x, 0.1, 1.2]
+    return pose
+
+
+def _still(pose: NDArray[np.float64]) -> Motion:
+    return Motion.still(pose)
+
+
+def test_slopes_are_those_of_the_cast_depth() -> None:
+    scene = room()
+    caster = Caster(scene)
+    met = caster.cast(CAMERA, _pose())
+    found = covariates(met, _pose(), CAMERA, scene, _still(_pose()), 0.0)
+    step = np.float32(1e-3)
+    for axis, slope in enumerate((found.slope_x, found.slope_y)):
+        rays = CAMERA.rays.copy()
+        rays[axis] += step
+        moved = caster.cast(CAMERA, _pose(), rays=rays)
+        same = (moved.face == met.face) & (met.cosine > 0.1)
+        np.testing.assert_allclose(((moved.depth - met.depth) / step)[same], slope[same], rtol=0.05, atol=0.05)
+
+
+def test_drift_is_the_change_of_depth_along_the_path() -> None:
+    scene = room()
+    caster = Caster(scene)
+    stamps = np.linspace(0, 0.1, 11)
+    poses = np.stack([_pose(0.5 * t, 0.8 * t) for t in stamps])
+    turns = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
+    motion = Motion.along(Trajectory(stamps, poses[:, :3, 3], turns))
+    before, after = (caster.cast(CAMERA, motion.at(t)[0]) for t in (0.049, 0.051))
+    met = caster.cast(CAMERA, motion.at(0.05)[0])
+    found = covariates(met, motion.at(0.05)[0], CAMERA, scene, motion, 0.05)
+    same = (before.face == after.face) & (met.face == before.face) & (met.cosine > 0.15)
+    np.testing.assert_allclose(((after.depth - before.depth) / 0.002)[same], found.drift[same], rtol=0.05, atol=0.03)
+
+
+def test_edges_are_found_on_both_sides() -> None:
+    depth = np.full((10, 40), 2.0, np.float32)
+    depth[:, 20:] = 3.0
+    from depthsim.gap.covariates import _edges
+
+    edge, across = np.zeros(depth.shape, np.uint8), np.zeros(depth.shape, np.float32)
+    zero = np.zeros(depth.shape, np.float32)
+    _edges(depth, zero, zero, edge, across)
+    assert (edge[:, 19] > 0).all() and (edge[:, 20] > 0).all()
+    assert (across[:, 19] == 3).all() and (across[:, 20] == 2).all()
+    assert edge[5, 19] != edge[5, 20]
+    assert (edge[:, :8] == 0).all() and (edge[:, 32:] == 0).all()
+
+
+def _count(units: NDArray[np.uint16], clean: NDArray[np.float32], kind: int) -> NDArray[np.uint32]:
+    pixels, width = units.size, units.shape[1]
+    error, valid = np.empty(pixels, np.float32), np.empty(pixels, np.uint8)
+    flat = clean.reshape(-1)
+    per_spread = np.full(pixels, 100, np.float32)
+    fingerprint.errors(units.reshape(-1), np.float32(0.001), flat, per_spread, error, valid)
+    counts = np.zeros(int(fingerprint.BINS[kind]), np.uint32)
+    fingerprint.count(
+        units.reshape(-1), np.float32(0.001), flat, np.zeros(pixels, np.float32), np.float32(20), width, error, valid,
+        np.empty(0, np.float32), np.empty(0, np.uint8), 0, 1, np.zeros((pixels, 1), np.uint16),
+        np.array([kind]), np.array([0]), counts,
+    )  # fmt: skip
+    return counts
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**31), st.floats(0, 0.5))
+def test_every_pixel_is_counted_once(seed: int, holes: float) -> None:
+    rng = np.random.default_rng(seed)
+    clean = rng.uniform(0.5, 5, (12, 17)).astype(np.float32)
+    units = np.where(rng.random(clean.shape) < holes, 0, (clean + rng.normal(0, 0.01, clean.shape)) * 1000)
+    counts = _count(units.astype(np.uint16), clean, fingerprint.ERROR)
+    assert counts.sum() == clean.size
+    assert counts[fingerprint.ERROR_LOST] == (units.astype(np.uint16) == 0).sum()
+
+
+def test_a_bias_moves_the_bins_and_its_sign_is_kept() -> None:
+    clean = np.full((20, 20), 2.0, np.float32)
+    near, far = (_count(np.full(clean.shape, v, np.uint16), clean, fingerprint.ERROR) for v in (1990, 2010))
+    assert near.argmax() < 16 <= far.argmax()
+    assert near.argmax() + far.argmax() == 31
+
+
+def _ruler(cells: int = 3) -> Ruler:
+    return Ruler.of([View("range", fingerprint.ERROR, cells, lambda *_: np.zeros(1, int))])
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**31))
+def test_divergence_is_a_distance_in_bits(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    a, b = rng.integers(0, 50, (2, 3 * 35))
+    ruler = _ruler()
+    found = ruler.divergence(a, b)
+    assert ((found >= -1e-12) & (found <= 1 + 1e-12)).all()
+    np.testing.assert_allclose(found, ruler.divergence(b, a), atol=1e-12)
+    np.testing.assert_allclose(ruler.divergence(a, 3 * a), 0, atol=1e-12)
+    # Hellinger's distance, which the fits make least, bounds the divergence from both sides.
+    from scipy.spatial.distance import jensenshannon
+
+    for cell in range(3):
+        own = slice(35 * cell, 35 * cell + 35)
+        assert found[cell] == pytest.approx(jensenshannon(a[own], b[own], base=2) ** 2, abs=1e-9)
+
+
+def test_disjoint_histograms_are_one_bit_apart() -> None:
+    a, b = np.zeros(105, int), np.zeros(105, int)
+    a[[0, 35, 70]] = 10
+    b[[1, 36, 71]] = 10
+    np.testing.assert_allclose(_ruler().divergence(a, b), 1)
+    assert _ruler().gap(a, b) == pytest.approx(1)
+
+
+def test_roots_have_the_squared_hellinger_distance() -> None:
+    rng = np.random.default_rng(1)
+    a, b = rng.integers(1, 50, (2, 35))
+    ruler = _ruler(1)
+    apart = ruler.roots(a) - ruler.roots(b)
+    expected = 2 - 2 * np.sqrt(a / a.sum() * b / b.sum()).sum()
+    assert apart @ apart == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("count", [2, 3, 7, 10, 40, 41, 300, 10_000])
+@pytest.mark.parametrize("pixels", [10_000, 100_000, 400_000, 2_000_000])
+def test_blocks_are_disjoint_and_span_the_run(count: int, pixels: int) -> None:
+    blocks = choose_frames(count, pixels)
+    frames = np.concatenate(blocks)
+    assert len(blocks) >= 2
+    assert len(np.unique(frames)) == len(frames) <= 45
+    assert frames.min() == 0 and frames.max() == count - 1
+
+
+def test_the_bank_is_the_registry() -> None:
+    setting = Setting(("cement", "wood"), np.linspace(0.5, 5, 10), 3.0, {"cement": 0.35, "wood": 0.5})
+    base = load_profile("paper").effects
+    found = hypotheses(base, setting)
+    assert {h.effect for h in found} == set(effect_ids())
+    assert {h.effect for h in hypotheses(base, setting, ("fill_rate",))} == set(effect_ids()) - {"fill_rate"}
+    for hypothesis in found:
+        for values in hypothesis.starts:
+            effects = hypothesis.build(base, hypothesis.encode(values))
+            assert hypothesis.effect in {e.id for e in effects}
+            assert not {e.id for e in effects} & hypothesis.replaces
+
+
+@given(st.floats(-1, 2))
+def test_parameters_survive_their_encoding(share: float) -> None:
+    setting = Setting(("cement",), np.linspace(0.5, 5, 10), 3.0, {"cement": 0.35})
+    for hypothesis in hypotheses(load_profile("clean").effects, setting):
+        for free in hypothesis.free:
+            low, high = free.low, min(free.high, 100.0)
+            value = min(max(low + share * (high - low), low), high)
+            value = round(value) if free.whole else value
+            assert free.decode(free.encode(value)) == pytest.approx(value, rel=1e-6, abs=1e-9)
+
+
+def test_the_jackknife_of_a_mean_is_the_t_interval() -> None:
+    from scipy import stats
+
+    values = np.random.default_rng(0).normal(3, 2, 9)
+    mean, (low, high) = jackknife(lambda kept: values[kept].mean(), np.arange(9))
+    expected = stats.t.interval(0.95, 8, values.mean(), stats.sem(values))
+    assert (mean, low, high) == pytest.approx((values.mean(), *expected))
+
+
+def test_diagnosis_json_has_the_keys_that_others_read() -> None:
+    import json
+
+    cut = Cut(axis="range", interval=(1, 2), unit="m", share_of_gap=0.5, what="bias")
+    gap = Gap(measure="x", unit="bits", before=1, after=0.2, floor=0.1, closed_fraction=0.9, ci95=(0.8, 1))
+    cause = Cause(effect="fill_rate", parameters={"rate": 0.1}, closed_fraction=0.9, ci95_closed=(0.8, 1))
+    rest = Unexplained(fraction=0.1, where=(cut,), description="words")
+    told = json.loads(
+        Diagnosis(verdict="explained", gap=gap, where=(cut,), causes=(cause,), unexplained=rest).to_json()
+    )
+    assert told["version"] == 1
+    assert set(told["gap"]) == {"measure", "unit", "before", "after", "floor", "closed_fraction", "ci95"}
+    assert {"axis", "interval", "unit", "share_of_gap", "what"} <= set(told["where"][0])
+    assert "label" not in told["where"][0]
+    assert {"effect", "parameters", "ci95", "closed_fraction", "ci95_closed", "indistinguishable_from"} <= set(
+        told["causes"][0]
+    )
+    assert {"fraction", "where", "description"} <= set(told["unexplained"])
