@@ -37,6 +37,14 @@ Floats = NDArray[np.float64]
 
 STEP = 1e-3
 PAPER_EVALUATION = 4.36e-6
+AREAS = {"area": [0.05, 0.06, 0.2]}
+KEYS = {
+    "linear": {"D": [0.3, 0.2, 0.1]},
+    "airsim_quadratic": AREAS,
+    "body_quadratic": AREAS,
+    "thrust_difference": {"c": 0.01},
+    "none": {},
+}
 
 
 def main(quick: bool = typer.Option(False, help="Fewer vehicles, and no flights of others.")) -> None:
@@ -102,9 +110,8 @@ def closed_forms() -> Table:
 
 def orders() -> Table:
     table = Table("law", "1/50 s", "1/100 s", "1/200 s", "1/400 s", "order", "at least", title="Order by step halving")
-    keys = {"linear": {"D": [0.3, 0.2, 0.1]}, "airsim_quadratic": {"area": [0.05, 0.06, 0.2]}, "none": {}}
     for name in LAWS:
-        vehicle = craft(drag={"law": name, **keys.get(name, {"c_d1": 0.05})})
+        vehicle = craft(drag={"law": name, **KEYS.get(name, {"c_d1": 0.05})})
 
         def end(step: float, vehicle: Vehicle = vehicle) -> Floats:
             start = {"v": np.array([9.0, 8, 12]), "w": np.array([0.5, -0.6, 0.4])}
@@ -146,9 +153,8 @@ def evaluations() -> Table:
     rng = np.random.default_rng(0)
     count = 20_000
     air, rates, thrusts = rng.normal(size=(count, 3)), rng.normal(size=(count, 3)), rng.uniform(1, 8, (count, 4))
-    keys = {"linear": {"D": [0.3, 0.2, 0.1]}, "airsim_quadratic": {"area": [0.05, 0.06, 0.2]}, "none": {}}
     for name, law in LAWS.items():
-        vehicle = craft(drag={"law": name, **keys.get(name, {"c_d1": 0.05})})
+        vehicle = craft(drag={"law": name, **KEYS.get(name, {"c_d1": 0.05})})
         seconds = best(lambda vehicle=vehicle: vehicle.drag.force(vehicle, air, rates, thrusts), 50) / count
         table.add_row(
             name,

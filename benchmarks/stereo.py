@@ -187,7 +187,8 @@ def main(rounds: Annotated[int, typer.Option(min=1)] = 5) -> None:
         table.add_row(name, real.get(name, PUBLISHED.get(name, "")), ours[name])
     console.print(table)
     console.print(
-        "Off: noise grows a little with range, the real one's does not to 3 m; a real camera has a slow warp on top "
+        "Off: noise square on grows a little with range, and a real floor cannot tell range from tilt; a real camera "
+        "has a slow warp on top "
         "(0.08 to 0.14 px in all), from its calibration, that nothing here makes; noise at a tilt is lower; shadows "
         "end closer to the object; edges are cleaner: fewer depths in between and fewer jumps without a hole; the "
         "office has fewer holes than the real floor with things on it. The office is not the real scene."

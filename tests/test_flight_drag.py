@@ -19,7 +19,9 @@ C = 0.05
 
 
 def law(name: str, **keys: object) -> Vehicle:
-    defaults = {"linear": {"D": [0.3, 0.2, 0.1]}, "airsim_quadratic": {"area": [0.05, 0.06, 0.2]}, "none": {}}
+    areas = {"area": [0.05, 0.06, 0.2]}
+    defaults = {"linear": {"D": [0.3, 0.2, 0.1]}, "airsim_quadratic": areas, "body_quadratic": areas, "none": {}}
+    defaults["thrust_difference"] = {"c": 0.01}
     return vehicle(drag={"law": name, **defaults.get(name, {"c_d1": C}), **keys})
 
 
@@ -51,6 +53,8 @@ def test_laws_are_their_formulas(rng: np.random.Generator) -> None:
         "none": 0 * v,
         "linear": -v * [0.3, 0.2, 0.1],
         "airsim_quadratic": -0.5 * 1.225 * 0.325 * np.abs(v) * v * [0.05, 0.06, 0.2],
+        "body_quadratic": -0.5 * 1.225 * np.linalg.norm(v, axis=1, keepdims=True) * v * [0.05, 0.06, 0.2],
+        "thrust_difference": -0.01 * np.cross(w, t @ vehicle().rotor_positions) * [1, 1, 0],
         "rotor_sqrt": -C * flat * np.sum(np.sqrt(t)[..., None] * each, axis=1),
         "rotor_linear_each": -C * flat * np.sum((k * t + b / 4)[..., None] * each, axis=1),
         "rotor_linear_difference": -C * flat * ((k * total + b) * v + k * np.cross(w, t @ places)),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapes import MATERIALS, as_scene, camera, quad, wall
+from shapes import MATERIALS, as_scene, box, camera, quad, wall
 
 from depthsim.camera import Camera
 from depthsim.materials import Material, Materials
@@ -181,3 +181,32 @@ def test_sunlight_comes_from_its_side() -> None:
     ]
     assert seen[1] / seen[0] == pytest.approx(0.5, rel=0.15)
     assert seen[2] == 0
+
+
+@pytest.mark.parametrize("backend", ["embree", "embreex"])
+def test_the_sun_casts_shadows(backend: str) -> None:
+    """A plate before a wall keeps the sun from it: the shadow lies where the rays from the sun have it."""
+    near, half, far = 0.8, 0.1, 1.0
+    plate = quad((-half, -half, near), (2 * half, 0, 0), (0, 2 * half, 0))
+    scene = as_scene(wall(far), plate, tags=["formboard"] * 2)
+    direction = np.array([1.5, 0.0, -1.0])
+    parts = ActiveStereo.model_validate(
+        {
+            "projector": OFF,
+            "light": {"ambient": 0, "sun": 10, "sun_direction": direction.tolist()},
+            "imager": {"blur": 0, "samples": 1, "vignetting": 0},
+        }
+    )
+    row = Renderer(Caster(scene, backend), CAMERA, parts, MATERIALS)._light(0, POSE, 0, 1)[60]
+    # The plate's corner x lands on the wall at x - 1.5 (far - near).
+    ends = [CAMERA.cx + CAMERA.fx * (side * half - 1.5 * (far - near)) / far for side in (-1, 1)]
+    edge = CAMERA.cx - CAMERA.fx * half / near
+    dark = np.flatnonzero(row < 0.1 * row.max())
+    assert abs(dark.min() - ends[0]) < 1.5
+    assert abs(dark.max() - min(ends[1], edge)) < 1.5
+    assert dark.size == dark.max() - dark.min() + 1
+
+
+def test_a_closed_room_has_no_sun() -> None:
+    room = box((-1, -1, -1), (1, 1, 2))
+    assert not light(as_scene(room, tags=["formboard"]), projector=OFF, light={"ambient": 0, "sun": 10}).any()

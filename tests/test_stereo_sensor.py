@@ -102,12 +102,13 @@ def test_what_gives_no_light_back_gives_no_depth() -> None:
 def test_a_mirror_has_more_holes_than_a_wall() -> None:
     holes = [(measure(facing(1.5, tag)).units[:, 70:] == 0).mean() for tag in ("grey", "mirror")]
     assert holes[0] < 0.01
-    assert holes[1] > 0.04
+    # In the glare alone: beside it the projector's dots are seen on a surface that scatters 1 % of them, too.
+    assert holes[1] > 0.02
 
 
 def test_a_dimmer_projector_makes_more_noise() -> None:
-    spread = [errors(measure(facing(2.0), projector={"power": power})).std() for power in (0.2, 0.02, 0.005)]
-    assert spread[0] < spread[1] < spread[2]
+    spread = [errors(measure(facing(2.0), projector={"power": power})).std() for power in (0.02, 0.005)]
+    assert spread[0] < 0.6 * spread[1]
 
 
 def test_sunlight_drowns_the_dots() -> None:

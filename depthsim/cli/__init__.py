@@ -8,12 +8,18 @@ import sys
 
 import typer
 
+from depthsim.cli.diagnose import diagnose
+from depthsim.cli.diagnose_flight import diagnose_flight
+from depthsim.cli.export import export
 from depthsim.cli.fit_drag import fit_drag
 from depthsim.cli.fit_material import fit_material
 from depthsim.cli.fly import fly
 from depthsim.cli.generate import generate
+from depthsim.cli.import_ import import_
 from depthsim.cli.inspect import inspect
 from depthsim.cli.match import match
+from depthsim.cli.reconstruct import reconstruct
+from depthsim.cli.slam import slam
 from depthsim.cli.view import view
 from depthsim.errors import InputError
 
@@ -31,10 +37,16 @@ app = typer.Typer(
 app.command()(generate)
 app.command()(fly)
 app.command()(inspect)
+app.command()(diagnose)
 app.command()(match)
 app.command()(fit_material)
+app.command()(diagnose_flight)
 app.command()(fit_drag)
 app.command()(view)
+app.command()(slam)
+app.command()(reconstruct)
+app.command("import")(import_)
+app.command()(export)
 
 
 @app.callback(invoke_without_command=True)

@@ -27,7 +27,17 @@ Floats = NDArray[np.float64]
 Coefficient = Annotated[FiniteFloat, Field(ge=0)]
 PerAxis = tuple[Coefficient, Coefficient, Coefficient]
 
-NONE, LINEAR, QUADRATIC, ROTOR_SQRT, ROTOR_EACH, ROTOR_DIFFERENCE, ROTOR_LUMPED = range(7)
+(
+    NONE,
+    LINEAR,
+    QUADRATIC,
+    ROTOR_SQRT,
+    ROTOR_EACH,
+    ROTOR_DIFFERENCE,
+    ROTOR_LUMPED,
+    BODY_QUADRATIC,
+    THRUST_DIFFERENCE,
+) = range(9)
 """The laws as the kernel knows them."""
 
 
@@ -59,10 +69,7 @@ class DragLaw(BaseModel, ABC):
         airspeed: (N, 3) in the body frame [m/s]. rates: (N, 3) [rad/s]. thrusts: (N, K) of the rotors [N]; a log that
         has only the sum gives it in equal parts.
         """
-        out = np.empty((len(airspeed), 3))
-        v, w, t = (np.ascontiguousarray(item, np.float64) for item in (airspeed, rates, thrusts))
-        _forces(self.code, self.parameters(airframe), airframe.rotor_positions, v, w, t, out)
-        return out
+        return drag_force(self.code, self.parameters(airframe), airframe.rotor_positions, airspeed, rates, thrusts)
 
 
 class NoDrag(DragLaw):
@@ -109,6 +116,24 @@ class AirsimQuadratic(DragLaw):
     def parameters(self, airframe: Airframe) -> Floats:
         """½ ρ C A for each axis."""
         return 0.5 * self.density * self.coefficient * np.array(self.area, dtype=np.float64)
+
+
+class BodyQuadratic(DragLaw):
+    """Drag of a blunt body: F = -½ ρ A |v| v, A an area for each body axis, |v| the whole airspeed.
+
+    Unlike the box of ``airsim_quadratic`` the force of a round body is along the air that comes at it.
+    Source: the drag equation with the areas C_d A lumped, as in Kai, Allibert, Hua and Hamel 2017 (IFAC).
+    """
+
+    equation = "-"
+    code = BODY_QUADRATIC
+    law: Literal["body_quadratic"] = "body_quadratic"
+    area: PerAxis = Field(description="C_d A along body x, y, z [m²]")
+    density: Coefficient = Field(AIR_DENSITY, description="of the air [kg/m³]")
+
+    def parameters(self, airframe: Airframe) -> Floats:
+        """½ ρ A for each axis."""
+        return 0.5 * self.density * np.array(self.area, dtype=np.float64)
 
 
 class RotorSqrt(DragLaw):
@@ -164,14 +189,58 @@ class RotorLinear(_Linearised):
     law: Literal["rotor_linear"] = "rotor_linear"
 
 
+class ThrustDifference(DragLaw):
+    """What Eq. 12 has beyond Eq. 13, alone: F = -c Π_e3 (ω × Σ T_i d_i), from rotors that push unevenly in a turn."""
+
+    equation = "12 less 13"
+    code = THRUST_DIFFERENCE
+    law: Literal["thrust_difference"] = "thrust_difference"
+    c: FiniteFloat = Field(description="c_d1 k of Eq. 12 [s/m]")
+
+    def parameters(self, airframe: Airframe) -> Floats:
+        """c."""
+        return np.array([self.c, 0.0, 0.0])
+
+
 AnyDragLaw = Annotated[
-    NoDrag | Linear | AirsimQuadratic | RotorSqrt | RotorLinear | RotorLinearEach | RotorLinearDifference,
+    NoDrag
+    | Linear
+    | AirsimQuadratic
+    | BodyQuadratic
+    | RotorSqrt
+    | RotorLinear
+    | RotorLinearEach
+    | RotorLinearDifference
+    | ThrustDifference,
     Field(discriminator="law"),
 ]
 LAWS: dict[str, type[DragLaw]] = {
     law.model_fields["law"].default: law
-    for law in (NoDrag, Linear, AirsimQuadratic, RotorSqrt, RotorLinearEach, RotorLinearDifference, RotorLinear)
+    for law in (
+        NoDrag,
+        Linear,
+        AirsimQuadratic,
+        BodyQuadratic,
+        RotorSqrt,
+        RotorLinearEach,
+        RotorLinearDifference,
+        RotorLinear,
+        ThrustDifference,
+    )
 }
+
+
+def drag_force(
+    code: int, parameters: Floats, places: Floats, airspeed: Floats, rates: Floats, thrusts: Floats
+) -> Floats:
+    """(N, 3) force of a law by its code and parameters, of any sign; the rest as in :meth:`DragLaw.force`.
+
+    places: (K, 3) of the rotors in the body [m].
+    """
+    out = np.empty((len(airspeed), 3))
+    c, v, w, t = (np.ascontiguousarray(item, np.float64) for item in (parameters, airspeed, rates, thrusts))
+    _forces(code, c, places, v, w, t, out)
+    return out
 
 
 def hover_tangent(mass: float, rotors: int) -> tuple[float, float]:
@@ -192,6 +261,9 @@ def drag(law, c0, c1, c2, places, vx, vy, vz, wx, wy, wz, thrusts, first):  # no
         fx, fy, fz = -c0 * vx, -c1 * vy, -c2 * vz
     elif law == QUADRATIC:
         fx, fy, fz = -c0 * abs(vx) * vx, -c1 * abs(vy) * vy, -c2 * abs(vz) * vz
+    elif law == BODY_QUADRATIC:
+        speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+        fx, fy, fz = -c0 * speed * vx, -c1 * speed * vy, -c2 * speed * vz
     elif law in (ROTOR_SQRT, ROTOR_EACH):
         rotors = places.shape[0]
         for rotor in range(rotors):
@@ -204,7 +276,7 @@ def drag(law, c0, c1, c2, places, vx, vy, vz, wx, wy, wz, thrusts, first):  # no
             mx -= z * py
             my += z * px
             mz += x * py - y * px
-    elif law in (ROTOR_DIFFERENCE, ROTOR_LUMPED):
+    elif law in (ROTOR_DIFFERENCE, ROTOR_LUMPED, THRUST_DIFFERENCE):
         total, x, y, z = 0.0, 0.0, 0.0, 0.0
         for rotor in range(places.shape[0]):
             thrust = thrusts[first + rotor]
@@ -213,6 +285,8 @@ def drag(law, c0, c1, c2, places, vx, vy, vz, wx, wy, wz, thrusts, first):  # no
             y += thrust * places[rotor, 1]
             z += thrust * places[rotor, 2]
         strength, turn = c1 * total + c2, c1 if law == ROTOR_DIFFERENCE else 0.0
+        if law == THRUST_DIFFERENCE:
+            strength, turn = 0.0, 1.0
         fx = -c0 * (strength * vx + turn * (wy * z - wz * y))
         fy = -c0 * (strength * vy + turn * (wz * x - wx * z))
     return fx, fy, fz, mx, my, mz
@@ -225,6 +299,9 @@ def drag_slopes(law, c, rotors, v, thrust):  # noqa: ANN201 - numba
         return c[0], c[1], c[2]
     if law == QUADRATIC:
         return c[0] * abs(v[0]), c[1] * abs(v[1]), c[2] * abs(v[2])
+    if law == BODY_QUADRATIC:
+        speed = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        return c[0] * speed, c[1] * speed, c[2] * speed
     slope = 0.0
     if law == ROTOR_SQRT:
         slope = c[0] * math.sqrt(rotors * max(thrust, 0.0))

@@ -85,14 +85,20 @@ def _derivative(time, y, command, craft, air, i, dy):
     vx, vy, vz = r00 * ux + r10 * uy + r20 * uz, r01 * ux + r11 * uy + r21 * uz, r02 * ux + r12 * uy + r22 * uz
     wx, wy, wz = y[10], y[11], y[12]
     c = craft.drag
-    fx, fy, fz, mx, my, mz = drag(craft.law, c[0], c[1], c[2], craft.places, vx, vy, vz, wx, wy, wz, y, BODY)
+    fx, fy, fz, mx, my, mz = drag(
+        craft.law[0], c[0, 0], c[0, 1], c[0, 2], craft.places, vx, vy, vz, wx, wy, wz, y, BODY
+    )
+    for n in range(1, len(craft.law)):
+        more = drag(craft.law[n], c[n, 0], c[n, 1], c[n, 2], craft.places, vx, vy, vz, wx, wy, wz, y, BODY)
+        fx, fy, fz, mx, my, mz = fx + more[0], fy + more[1], fz + more[2], mx + more[3], my + more[4], mz + more[5]
     near_ground = air.ground > -np.inf
     for rotor in range(len(command)):
         thrust = y[BODY + rotor]
-        push = thrust
+        push = thrust * craft.scale[rotor]
         if near_ground:
             px, py, pz = craft.places[rotor, 0], craft.places[rotor, 1], craft.places[rotor, 2]
-            push *= ground_factor(y[2] + r20 * px + r21 * py + r22 * pz - air.ground, craft.radius)
+            height = y[2] + r20 * px + r21 * py + r22 * pz - air.ground
+            push *= ground_factor(height, craft.radius, craft.ground[0], craft.ground[1], craft.ground[2])
         fz += push
         mx += craft.allocation[1, rotor] * push
         my += craft.allocation[2, rotor] * push
@@ -132,8 +138,10 @@ def _fly(start, stop, fleet, air, references, which, commands, step, steps, ever
             fleet.mixer[i],
             fleet.lag[i],
             fleet.limits[i],
+            fleet.scale[i],
             fleet.law[i],
             fleet.drag[i],
+            fleet.ground[i],
             fleet.gains[i],
         )
         command[:] = commands[i]

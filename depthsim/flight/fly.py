@@ -17,7 +17,7 @@ from depthsim.flight.paths import Path
 from depthsim.flight.profile import Floats
 from depthsim.flight.reference import Reference, make_reference
 from depthsim.flight.table import write_table
-from depthsim.flight.vehicle import Mount, Vehicle
+from depthsim.flight.vehicle import Vehicle
 from depthsim.flight.wind import Wind, make_air
 from depthsim.runs.storing import make_folder, write_whole
 from depthsim.scene import Scene
@@ -83,14 +83,17 @@ def fly(
     """Fly a path once.
 
     wind: that of the vehicle if not given. feedforward: whether the controller knows of the drag. scene: what the
-    flight must not touch. ground: the height of level ground [m] for the ground effect. The same seed gives the same
-    flight. ``name`` is what errors call it. Raises :class:`InputError` for a path that the vehicle cannot fly.
+    flight must not touch. ground: the height of level ground [m] for the ground effect; 0 if not given where
+    the vehicle has one. The same seed gives the same flight. ``name`` is what errors call it. Raises
+    :class:`InputError` for a path that the vehicle cannot fly.
     """
     if path.duration > LONGEST:
         raise InputError(name, "", f"takes {path.duration:.0f} s", f"shorten it to {LONGEST:.0f} s")
     reference = make_reference(path, vehicle, STEP, feedforward=feedforward)
     _check_feasible(reference, vehicle, name)
     wind = wind or vehicle.wind
+    if ground is None and vehicle.ground_effect is not None:
+        ground = 0.0
     air = make_air(wind, [seed], ground=-math.inf if ground is None else ground, **_conditions(reference, wind))
     motion = simulate(
         make_fleet([vehicle]),
@@ -107,7 +110,7 @@ def fly(
         raise InputError(name, f"{lost:.2f} s", f"{vehicle.name} is {LOST:g} m off the path", "lower speed or wind")
     log = _log(motion, vehicle, name)
     contact = first_contact(scene, log.t, states[::LOG_EVERY, :3], vehicle.radius) if scene is not None else None
-    camera, imu = _ride(motion, vehicle.camera, gyro_rate, seed, name)
+    camera, imu = _ride(motion, vehicle, gyro_rate, seed, name)
     return Flight(vehicle, log, camera, imu, error, contact)
 
 
@@ -131,20 +134,24 @@ def _conditions(reference: Reference, wind: Wind | None) -> dict[str, float]:
 
 def _log(motion: Motion, vehicle: Vehicle, name: str) -> FlightLog:
     states = motion.states[0, ::LOG_EVERY]
+    recorder, lag = vehicle.measurement, vehicle.rotors.motor_time_constant
     return FlightLog(
         t=np.round(motion.t[::LOG_EVERY], 9),
         position=states[:, :3],
         velocity=states[:, 3:6],
         quaternion=states[:, 6:10],
         rates=states[:, 10:BODY],
-        rotor_thrusts=states[:, BODY:],
-        specific_force=motion.specific_force[0, ::LOG_EVERY],
+        rotor_thrusts=recorder.of_thrusts(motion.states[0, :, BODY:], lag, STEP)[::LOG_EVERY],
+        specific_force=recorder.of_force(motion.specific_force[0], STEP)[::LOG_EVERY],
         source=name,
     )
 
 
-def _ride(motion: Motion, mount: Mount, gyro_rate: int, seed: int, name: str) -> tuple[Trajectory, dict[str, Floats]]:
+def _ride(
+    motion: Motion, vehicle: Vehicle, gyro_rate: int, seed: int, name: str
+) -> tuple[Trajectory, dict[str, Floats]]:
     """The camera's poses and the IMU's readings on a vehicle."""
+    mount = vehicle.camera
     states, t = motion.states[0], np.round(motion.t, 9)
     place = np.array(mount.position)
     yaw, pitch = np.radians([mount.yaw, mount.pitch])
@@ -155,6 +162,10 @@ def _ride(motion: Motion, mount: Mount, gyro_rate: int, seed: int, name: str) ->
     camera = Trajectory(t[::LOG_EVERY], positions, multiply(rows[:, 6:10], turned), name)
     rates = states[:, 10:BODY]
     spin = np.gradient(rates, STEP, axis=0)
-    force = motion.specific_force[0] + np.cross(spin, place) + np.cross(rates, np.cross(rates, place))
+    force = (
+        vehicle.measurement.of_force(motion.specific_force[0], STEP)
+        + np.cross(spin, place)
+        + np.cross(rates, np.cross(rates, place))
+    )
     to_sensor = rotation_matrices(turned[None])[0]
     return camera, dict(imu_samples(t, rates @ to_sensor, force @ to_sensor, gyro_rate, seed))

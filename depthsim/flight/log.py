@@ -95,14 +95,15 @@ class FlightLog:
         return replace(self, **cut, extras={name: column[rows] for name, column in self.extras.items()})
 
 
-def read_flight(path: str | Path) -> FlightLog:
+def read_flight(path: str | Path, *, drop_unmeasured: bool = False) -> FlightLog:
     """Read a flight.csv. Stamps and attitude must be there, and velocities or positions; the rest is optional.
 
     Velocities that are not in the file are differentiated from the positions, rates from the attitude; ``derived`` says
-    so. Quaternions within 1 % of unit length are normalised. Raises :class:`InputError` with line and column.
+    so. Quaternions within 1 % of unit length are normalised. Raises :class:`InputError` with line and column; with
+    ``drop_unmeasured`` rows with empty cells or NaN are left out instead, and ``derived`` says how many.
     """
     path = Path(path)
-    table = read_table(path, "a flight.csv", _known)
+    table = read_table(path, "a flight.csv", _known, drop_unmeasured=drop_unmeasured)
     return log_from_table(table)
 
 
@@ -124,6 +125,8 @@ def log_from_table(table: Table) -> FlightLog:
     else:
         rates = rates_from_attitude(t, quaternion)
         derived.append("angular rates from attitude")
+    if table.dropped:
+        derived.append(f"{table.dropped} rows left out that were not measured whole")
     rotors = [name for name in columns if _ROTOR.fullmatch(name)]
     return FlightLog(
         t=t,

@@ -33,7 +33,7 @@ def is_nanobench(names: Sequence[str]) -> bool:
     return any(name in names for name in _OTHER_NAMES)
 
 
-def read_nanobench(path: str | Path) -> FlightLog:
+def read_nanobench(path: str | Path, *, drop_unmeasured: bool = False) -> FlightLog:
     """Read a NanoBench log.
 
     The accelerometer is in g there. Rates are the gyroscope's, which is less noisy than the motion capture's rates.
@@ -41,7 +41,8 @@ def read_nanobench(path: str | Path) -> FlightLog:
     Raises :class:`InputError` as :func:`~depthsim.flight.log.read_flight`, and for units that are not NanoBench's.
     """
     path = Path(path)
-    raw = read_table(path, "a NanoBench log", lambda name: name in _POSE or name in _OTHER_NAMES)
+    wanted = {*_POSE, *_OTHER_NAMES}
+    raw = read_table(path, "a NanoBench log", wanted.__contains__, drop_unmeasured=drop_unmeasured)
     columns = {_OTHER_NAMES.get(name, name): column for name, column in raw.columns.items()}
     if all(f"a{axis}" in columns for axis in "xyz") and len(raw):
         length = float(np.median(np.linalg.norm([columns[f"a{axis}"] for axis in "xyz"], axis=0)))
@@ -54,12 +55,13 @@ def read_nanobench(path: str | Path) -> FlightLog:
             raise InputError(path, f"motor_motor_m{5 - int(name[3:])}", problem, "write PWM from 0 to 65535")
         if name in ("ax", "ay", "az"):
             columns[name] = column * GRAVITY
-    log = log_from_table(Table(path, columns, raw.lines, raw.left_out))
+    log = log_from_table(Table(path, columns, raw.lines, raw.left_out, raw.dropped))
     return replace(log, kind=KIND)
 
 
-def read_any(path: str | Path) -> FlightLog:
-    """Read a flight.csv or a NanoBench log; the columns tell which."""
+def read_any(path: str | Path, *, drop_unmeasured: bool = False) -> FlightLog:
+    """Read a flight.csv or a NanoBench log; the columns tell which. For ``drop_unmeasured`` see :func:`read_flight`."""
     path = Path(path)
     names = header(path, "a flight.csv or a NanoBench log")
-    return read_nanobench(path) if is_nanobench(names) else read_flight(path)
+    read = read_nanobench if is_nanobench(names) else read_flight
+    return read(path, drop_unmeasured=drop_unmeasured)

@@ -20,13 +20,15 @@ Floats = NDArray[np.float64]
 class Table:
     """Columns of finite numbers, (N,) each, and where they stood.
 
-    ``lines``: (N,) line numbers in the file. ``left_out``: names of the columns that nobody asked for.
+    ``lines``: (N,) line numbers in the file. ``left_out``: names of the columns that nobody asked for. ``dropped``:
+    rows that were left out because a cell of theirs was not measured.
     """
 
     path: Path
     columns: Mapping[str, Floats]
     lines: tuple[int, ...]
     left_out: tuple[str, ...]
+    dropped: int = 0
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -45,12 +47,13 @@ def header(path: Path, what: str) -> list[str]:
     return _header(_rows(path, what), path)[0]
 
 
-def read_table(path: Path, what: str, wanted: Callable[[str], bool]) -> Table:
+def read_table(path: Path, what: str, wanted: Callable[[str], bool], *, drop_unmeasured: bool = False) -> Table:
     """Read the columns that are ``wanted``; ``what`` says for a message which file was looked for.
 
     The first line holds the names. Lines that start with # are comments. Columns that are not wanted may hold anything.
     Raises :class:`InputError` for a missing file, no header, a name given twice, a row that is too short or too long,
-    and a wanted cell that is no finite number.
+    and a wanted cell that is no finite number; with ``drop_unmeasured`` rows with empty cells or NaN are left out
+    instead, and so are columns that hold nothing else.
     """
     rows = _rows(path, what)
     names, begin = _header(rows, path)
@@ -60,9 +63,12 @@ def read_table(path: Path, what: str, wanted: Callable[[str], bool]) -> Table:
             mend = "write every row whole: the file may be cut off" if len(row) < len(names) else "write no more cells"
             raise InputError(path, f"line {number}", f"has {len(row)} cells, the header has {len(names)}", mend)
     body = rows[begin:]
+    if drop_unmeasured:
+        kept = [index for index in kept if not body or not all(_blank(row[index]) for _, row in body)]
+        body = [(number, row) for number, row in body if not any(_blank(row[index]) for index in kept)]
     columns = {names[index]: _column([row[index] for _, row in body], names[index], body, path) for index in kept}
     left_out = tuple(name for index, name in enumerate(names) if index not in kept)
-    return Table(path, columns, tuple(number for number, _ in body), left_out)
+    return Table(path, columns, tuple(number for number, _ in body), left_out, len(rows) - begin - len(body))
 
 
 def write_table(columns: Mapping[str, Floats], path: Path) -> None:
@@ -122,6 +128,11 @@ def _column(words: list[str], name: str, body: list[tuple[int, list[str]]], path
         if not math.isfinite(value):
             raise InputError(path, f"line {number}, {name}", f"is {word.strip()}", "drop rows that were not measured")
     raise AssertionError("one of the words is no finite number")
+
+
+def _blank(word: str) -> bool:
+    """Whether a cell says that nothing was measured."""
+    return word.strip().lower() in ("", "nan", "inf", "-inf", "+inf", "null", "none")
 
 
 def _number(word: str) -> float | None:

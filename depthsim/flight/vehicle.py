@@ -11,6 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 from depthsim.errors import InputError
 from depthsim.flight.constants import GRAVITY
 from depthsim.flight.drag import AnyDragLaw, Floats
+from depthsim.flight.ground_effect import GroundEffect
+from depthsim.flight.measurement import Measurement
 from depthsim.flight.wind import WindWithoutFile
 from depthsim.yamlfile import read_model
 
@@ -40,6 +42,14 @@ class Rotors(_Part):
     thrust_coefficient: Positive | None = Field(None, description="C_t: thrust over speed squared [N/(rad/s)²]")
     max_thrust: Positive | None = Field(None, description="of one rotor [N]; that of twice the weight if not given")
     min_thrust: FiniteFloat = Field(0, ge=0, description="of one rotor [N]")
+    thrust_scale: Positive | tuple[Positive, ...] = Field(
+        1.0, description="thrust over what was commanded and logged; one number, or one a rotor"
+    )
+
+    @property
+    def scales(self) -> tuple[float, ...]:
+        """``thrust_scale`` of each."""
+        return self.thrust_scale if isinstance(self.thrust_scale, tuple) else (self.thrust_scale,) * self.count
 
 
 class ThrustCurve(_Part):
@@ -74,6 +84,11 @@ class Vehicle(_Part):
     inertia: tuple[Positive, Positive, Positive] = Field(description="about body x, y, z [kg m²]")
     rotors: Rotors
     drag: AnyDragLaw
+    more_drag: tuple[AnyDragLaw, ...] = Field((), description="forces of the air besides ``drag``")
+    ground_effect: GroundEffect | None = Field(None, description="over level ground at z = 0")
+    measurement: Measurement = Field(
+        default_factory=lambda: Measurement.model_validate({}), description="how its logs differ from what happened"
+    )
     thrust_curve: ThrustCurve | None = None
     camera: Mount = Field(default_factory=lambda: Mount.model_validate({}))
     controller: Tuning | None = Field(None, description="from the motors' time constant if not given")
@@ -86,6 +101,9 @@ class Vehicle(_Part):
         x, y, z = self.inertia
         if 2 * max(x, y, z) > 1.05 * (x + y + z):  # measured ones may be off by a little
             raise ValueError(f"no body has the inertia {list(self.inertia)}: each must be at most the others' sum")
+        if len(self.rotors.scales) != self.rotors.count:
+            given = len(self.rotors.scales)
+            raise ValueError(f"rotors.thrust_scale has {given} numbers for {self.rotors.count} rotors")
         if self.max_thrust * self.rotors.count <= self.mass * GRAVITY:
             weight = self.mass * GRAVITY / self.rotors.count
             raise ValueError(f"the rotors cannot lift it: rotors.max_thrust must be above {weight:.3g} N")
@@ -140,9 +158,17 @@ class Vehicle(_Part):
         """(3,) of the drag law, for the kernel."""
         return self.drag.parameters(self)
 
+    @property
+    def drag_laws(self) -> tuple[AnyDragLaw, ...]:
+        """``drag`` and ``more_drag``."""
+        return (self.drag, *self.more_drag)
+
     def to_yaml(self) -> str:
-        """The text of vehicle.yaml."""
+        """The text of vehicle.yaml; parts that are neutral and that most vehicles do without are left out."""
         keys = self.model_dump(mode="json", exclude_defaults=False, exclude_none=True)
+        for name in ("more_drag", "measurement"):
+            if keys[name] == Vehicle.model_fields[name].get_default(call_default_factory=True) or not keys[name]:
+                del keys[name]
         return yaml.safe_dump(keys, sort_keys=False, allow_unicode=True, width=110, default_flow_style=None)
 
 

@@ -100,12 +100,15 @@ class Gusts(ConstantWind):
     h in feet and no less than 10. The wind at 20 ft, W20, is that of ``velocity``, and u blows along it. The vehicle
     flies through frozen turbulence at one airspeed V and one height, so u is a first-order process of time constant
     L_u/V, and v and w have the filter (1 + √3 τ s) / (1 + τ s)²; both are discretised exactly, started in their
-    stationary distribution, and so have the variance σ² at any step.
+    stationary distribution, and so have the variance σ² at any step. Gusts that were measured have their σ_u in
+    ``intensity`` and their L_u/V in ``correlation_time``, whatever the mean wind; σ_w keeps its share of σ_u.
     """
 
     kind: Literal["gusts"] = "gusts"  # type: ignore[assignment]
     altitude: Positive | None = Field(None, description="above the ground [m]; the mean of the flight if not given")
     airspeed: Positive | None = Field(None, description="[m/s]; the mean of the flight if not given")
+    intensity: Positive | None = Field(None, description="σ_u = σ_v [m/s]; from the velocity if not given")
+    correlation_time: Positive | None = Field(None, description="L_u/V [s]; from height and airspeed if not given")
 
     def scales(self, altitude: float) -> tuple[float, float, float, float]:
         """σ_u = σ_v, σ_w [m/s] and L_u = L_v, L_w [m] at a height [m]."""
@@ -120,6 +123,10 @@ class Gusts(ConstantWind):
         draws = np.stack([np.random.Generator(np.random.Philox(key=seed)).normal(size=(count, 5)) for seed in seeds])
         along, vertical, length, length_w = self.scales(altitude)
         speed = max(self.airspeed or airspeed, 0.5)
+        if self.intensity is not None:
+            along, vertical = self.intensity, self.intensity * vertical / along if along else 0.0
+        if self.correlation_time is not None:
+            length, length_w = (self.correlation_time * speed * part / length for part in (length, length_w))
         series = np.stack(
             [
                 first_order(draws[..., 0], along, length / speed),

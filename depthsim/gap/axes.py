@@ -76,6 +76,18 @@ def label_of(evidence: Evidence, view: View, cells: NDArray[np.int64]) -> str:
             return "; ".join(evidence.region_name(int(c)) for c in cells)
         case "surface":
             return "surfaces that face " + ", ".join(dict.fromkeys(_facing(int(c)) for c in cells))
+        case "incidence x image_position":
+            return "surfaces that slope " + ", ".join(dict.fromkeys(_slope(int(c)) for c in cells))
+        case "time x range":
+            return _time_and_range(evidence, cells)
+        case "image_radius":
+            return "surfaces that slope away from the image's middle or towards it"
+        case "image_position":
+            return "where a turn of the picture moves the depth"
+        case "image_column":
+            return "near the left border, by columns less disparity"
+        case "motion":
+            return "where the motion changes the depth"
         case "pixel_neighbours":
             return "neighbouring pixels"
         case "frame_neighbours":
@@ -101,3 +113,24 @@ def _facing(cell: int) -> str:
         if value != 1:
             words.append(("-" if value == 0 else "+") + axis)
     return "".join(words) or "nowhere"
+
+
+def _slope(cell: int) -> str:
+    """Which way the depth grows, of 7 by 7 slopes."""
+    x, y = cell // 7 - 3, cell % 7 - 3
+    words = [("left", "right")[x > 0]] if x else []
+    words += [("upwards", "downwards")[y > 0]] if y else []
+    return " and ".join(words) or "nowhere"
+
+
+def _time_and_range(evidence: Evidence, cells: NDArray[np.int64]) -> str:
+    cuts = evidence.cuts
+    ranges = len(cuts.range6) + 1
+    stamps = [still.stamp for still in evidence.stills.values()]
+    times = np.concatenate([[min(stamps)], cuts.times, [max(stamps)]])
+    depths = np.concatenate([[evidence.depths.min()], cuts.range6, [evidence.depths.max()]])
+    when, far = cells // ranges, cells % ranges
+    return (
+        f"{times[when.min()]:.2f} to {times[when.max() + 1]:.2f} s at "
+        f"{depths[far.min()]:.2f} to {depths[far.max() + 1]:.2f} m"
+    )

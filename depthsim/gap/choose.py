@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import combinations, permutations
+from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +16,7 @@ from depthsim.sensor.effect import Effect
 
 _LEADERS = 6
 """How many of the bank are fitted in full after a first look at all."""
-_MOST = 4
+_MOST = 6
 """How many causes are told at most."""
 _FAR_BEHIND = 2.0
 _FIRST = 0.3
@@ -22,12 +24,14 @@ _FIRST = 0.3
 _OF_REST, _OF_ALL, _LARGE = 0.5, 0.01, 0.1
 """What a further cause must close at least: of what was left and of the whole gap, or of the whole gap alone. The rest
 of a cause that follows another formula than the bank's is spread over many effects that close a little each."""
-_FIRST_APART, _APART = (0.05, 3.0), (0.02, 2.0)
-"""What is enough, too: so much of the whole gap, and so many times what the next effect would close. A true cause
-stands alone, however little of the gap it makes, while the rest of a misfit is taken up by several effects alike."""
-_TIED, _NEAR = 0.01, 0.15
+_FIRST_APART = 0.05, 3.0
+"""What is enough for the first cause, too: so much of the gap, and so many times what the next effect would close."""
+_APART, _STAYS = 0.02, 0.7
+"""What is enough for a further cause, too: so much of the gap, of which so much stays when a rival is there before
+it. A true cause closes its own part of the gap; the rest of a misfit is one for all that could take it up."""
+_TIED, _NEAR, _ALIKE = 0.01, 0.15, 0.3
 """Effects whose closed fractions differ by less than the first are not told apart, however sure the difference; by more
-than the second they are no rivals."""
+than the second, or by a larger part than the third of what the better one closes, they are no rivals."""
 Say = Callable[[str], None]
 
 
@@ -46,13 +50,13 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Choice:
-    """The causes. gaps: on the frames held out, before the first and after each; ties: the equals of each cause.
+    """The causes. shares: what each takes off the gap on the frames held out; ties: the equals of each cause.
 
     looked_at: the leaders of each step, for the report.
     """
 
     model: Model
-    gaps: tuple[float, ...]
+    shares: tuple[float, ...]
     ties: dict[str, tuple[str, ...]]
     looked_at: tuple[tuple[Candidate, ...], ...]
 
@@ -77,40 +81,58 @@ class Chooser:
     def run(self) -> Choice:
         """One cause after the other, as long as the frames held out support it."""
         model: Model | None = None
-        gap, looked = self.before, []
+        gap, looked, before = self.before, [], []
         while (model is None or len(model.parts) < _MOST) and self._left(gap) > 0.005:
             leaders = self.step(model)
             looked.append(tuple(leaders))
+            before.append(gap)
             if not leaders or not self._supported(gap, leaders, first=model is None):
                 break
             model, gap = leaders[0].model, leaders[0].gap
             if len(model.parts) > 1:
                 model, gap = self._prune(model, gap)
         if model is None:
-            return Choice(Model((), np.empty(0)), (self.before,), {}, tuple(looked))
-        model, ties = self._compare_rivals(model, gap, looked)
-        return Choice(model, self._gaps(model), ties, tuple(looked))
+            return Choice(Model((), np.empty(0)), (), {}, tuple(looked))
+        model, ties = self._compare_rivals(model, gap, looked, before)
+        return Choice(model, self._shares(model), ties, tuple(looked))
 
     def _supported(self, before: float, leaders: Sequence[Candidate], first: bool) -> bool:
         """Whether what the first of ``leaders`` closes is enough to name it."""
         whole = self.before - self.floor
         best = leaders[0]
         share = (before - best.gap) / whole
-        others = [before - c.gap for c in leaders if c.newest.effect != best.newest.effect]
-        apart, times = _FIRST_APART if first else _APART
-        if share >= apart and before - best.gap >= times * max(others, default=0.0):
-            return True
+        others = [c for c in leaders if c.newest.effect != best.newest.effect]
         if first:
-            return share >= _FIRST
-        return share >= _LARGE or (share >= _OF_ALL and share >= _OF_REST * self._left(before))
+            most = max((before - c.gap for c in others), default=0.0)
+            return share >= _FIRST or (share >= _FIRST_APART[0] and before - best.gap >= _FIRST_APART[1] * most)
+        if share >= _LARGE or (share >= _OF_ALL and share >= _OF_REST * self._left(before)):
+            return True
+        return share >= _APART and all(self._stays(before, best, other) for other in others)
 
-    def _gaps(self, model: Model) -> tuple[float, ...]:
-        """The gap before the first cause and after each, in the order of ``model``."""
-        effects, gaps = self.base, [self.before]
-        for part, x in zip(model.parts, model.split(model.x), strict=True):
-            effects = part.build(effects, x)
-            gaps.append(self.judge.quick(effects))
-        return tuple(gaps)
+    def _stays(self, before: float, best: Candidate, other: Candidate) -> bool:
+        """Whether ``best`` closes its part of the gap also where ``other`` has closed its own."""
+        gained = before - best.gap
+        if before - other.gap < 0.25 * gained:
+            return True
+        newest = Model((other.newest,), other.model.split(other.model.x)[-1])
+        both = self.judge.quick(best.model.plus(newest).build(self.base))
+        return other.gap - both >= _STAYS * gained
+
+    def _shares(self, model: Model) -> tuple[float, ...]:
+        """What each cause takes off the gap: the mean over all orders in which they may be added (Shapley's value)."""
+        xs, count = model.split(model.x), len(model.parts)
+        gaps: dict[frozenset[int], float] = {}
+        for size in range(count + 1):
+            for chosen in combinations(range(count), size):
+                effects: tuple[Effect, ...] = self.base
+                for k in chosen:
+                    effects = model.parts[k].build(effects, xs[k])
+                gaps[frozenset(chosen)] = self.judge.quick(effects, 2)
+        taken = np.zeros(count)
+        for order in permutations(range(count)):
+            for place, k in enumerate(order):
+                taken[k] += gaps[frozenset(order[:place])] - gaps[frozenset(order[: place + 1])]
+        return tuple((taken / factorial(count)).tolist())
 
     def step(self, so_far: Model | None) -> list[Candidate]:
         """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out."""
@@ -166,20 +188,24 @@ class Chooser:
         return model, gap
 
     def _compare_rivals(
-        self, model: Model, gap: float, looked: Sequence[Sequence[Candidate]]
+        self, model: Model, gap: float, looked: Sequence[Sequence[Candidate]], before: Sequence[float]
     ) -> tuple[Model, dict[str, tuple[str, ...]]]:
         """Each cause against those that came close to it: better ones take its place, equal ones are told as ties."""
         whole = self.before - self.floor
         ties: dict[str, tuple[str, ...]] = {}
         for named in [part.effect for part in model.parts]:
             cause = named
-            step = next((s for s in looked if s and any(c.newest.effect == cause for c in s)), ())
+            number = next((k for k, s in enumerate(looked) if any(c.newest.effect == cause for c in s)), None)
+            step = () if number is None else looked[number]
             mine = next((c for c in step if c.newest.effect == cause), None)
+            reach = _NEAR * whole
+            if mine is not None and number is not None:
+                reach = min(reach, _ALIKE * (before[number] - mine.gap))
             taken = {part.effect for part in model.parts}
             equals: list[str] = []
             for rival in step:
                 name = rival.newest.effect
-                if mine is None or name in taken or name in equals or rival.gap - mine.gap > _NEAR * whole:
+                if mine is None or name in taken or name in equals or rival.gap - mine.gap > reach:
                     continue
                 other = self._instead(model, cause, rival)
                 if other.gap < gap - _TIED * whole:

@@ -216,10 +216,10 @@ def _causes(evidence: Evidence, judge: Judge, choice: Choice, before: Score) -> 
         full = model.build(evidence.base)
         fraction, interval = closed_interval(judge, without, full, evidence.base, full)
         if len(model.parts) > 1:
-            # What it closed when it came: without the others' refits, taking one away tells of their overlap as well.
-            step = (choice.gaps[number] - choice.gaps[number + 1]) / (before.gap - before.floor)
+            # Causes overlap: the mean over all orders adds up to what they close together, taking one away does not.
+            share = choice.shares[number] / (before.gap - before.floor)
             half = (interval[1] - interval[0]) / 2
-            fraction, interval = step, (step - half, step + half)
+            fraction, interval = share, (share - half, share + half)
         ties = choice.ties.get(part.effect, ())
         causes.append(
             Cause(

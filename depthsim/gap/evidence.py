@@ -1,5 +1,6 @@
 """What a diagnosis looks at: some frames of a recording, what the scene is there, and what a simulator makes of it."""
 
+import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -21,6 +22,7 @@ from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect, Stage, physical_order
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.motion import Motion
+from depthsim.sensor.scratch import Scratch
 from depthsim.sensor.sensor import to_units
 from depthsim.sensor.view import View as Rays
 
@@ -76,6 +78,7 @@ class Evidence:
         self.run, self.scene, self.materials, self.camera = run, scene, materials, run.camera
         self.threads = threads or core_count()
         self.caster = Caster(scene)
+        self._own = threading.local()
         self.motion = Motion.along(run.trajectory)
         self.base = tuple(base)
         self.stride = max(1, round(run.camera.width * run.camera.height / _COUNTED))
@@ -130,21 +133,29 @@ class Evidence:
         """One frame as the sensor with ``effects``, in physical order, stores it: Sensor.measure on known geometry."""
         still, camera = self.stills[index], self.camera
         bending = [effect for effect in effects if effect.stage <= Stage.OPTICS]
-        met = still.geometry
+        met, scratch = still.geometry, self._scratch()
         if bending:
-            view = Rays(still.pose, camera.rays, camera, self.motion, seed, index, still.stamp, 1)
+            view = Rays(still.pose, camera.rays, camera, self.motion, seed, index, still.stamp, 1, scratch)
             for effect in bending:
                 effect.bend(view)
             poses = view.pose if view.pose.ndim == 2 else view.pose[None]
             right = any(effect.needs_right for effect in effects)
             met = self.caster.cast(camera, poses, right=right, rays=view.rays, threads=1)
             met = met if view.pose.ndim == 2 else met[0]
-        frame = Frame(
-            met.depth.copy(), met, camera, self.scene, self.materials, self.motion, seed, index, still.stamp, 1
-        )
+        depth = scratch.empty(met.depth.shape)
+        depth[:] = met.depth
+        frame = Frame(depth, met, camera, self.scene, self.materials, self.motion, seed, index, still.stamp, 1, scratch)
         for effect in effects[len(bending) :]:
             effect.apply(frame)
         return to_units(frame.depth, camera)
+
+    def _scratch(self) -> Scratch:
+        """This thread's memory for a frame."""
+        if not hasattr(self._own, "scratch"):
+            self._own.scratch = Scratch()
+        scratch: Scratch = self._own.scratch
+        scratch.begin()
+        return scratch
 
     def _count(
         self,
@@ -164,7 +175,8 @@ class Evidence:
             count = fingerprint.count if correction is None else fingerprint.count_corrected
             count(
                 raw, unit, clean, still.across, np.float32(self.camera.focal_baseline), self.camera.width, error, valid,
-                *before, self._first_row(int(index)), self.stride, still.cells, self.kinds, self.offsets, counts, *(correction or ()),
+                *before, self._first_row(int(index)), self.stride, still.cells, self.kinds, self.offsets, counts,
+                *(correction or ()),
             )  # fmt: skip
             before = error, valid
         return counts

@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 _NULLS = 8
 """Simulated recordings that tell how far apart two runs of one sensor are."""
 _SEED = 1000
+_REMEMBERED = 24
+"""Sensors whose simulated recordings are kept."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,10 @@ class Judge:
 
     def runs(self, effects: Sequence[Effect], count: int = _NULLS) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
-        known = self._runs.setdefault(repr([(e.id, e) for e in effects]), [])
+        key = repr([(e.id, e) for e in effects])
+        if key not in self._runs and len(self._runs) >= _REMEMBERED:
+            del self._runs[next(iter(self._runs))]
+        known = self._runs.setdefault(key, [])
         while len(known) < count:
             known.append(self.simulate(effects, len(known)))
         return known[:count]
@@ -79,9 +84,10 @@ class Judge:
         least = float(floor[used].mean()) if used.any() else 0.0
         return Score(gap, least, seen, floor, (seen - floor) / spread, (gap - least) / total_spread)
 
-    def quick(self, effects: Sequence[Effect]) -> float:
-        """The gap by one simulated run."""
-        return self.ruler.gap(self.real.sum(axis=0), self.simulate(effects, 0).sum(axis=0))
+    def quick(self, effects: Sequence[Effect], runs: int = 1) -> float:
+        """The gap by one simulated run, or the mean of several."""
+        real = self.real.sum(axis=0)
+        return float(np.mean([self.ruler.gap(real, run.sum(axis=0)) for run in self.runs(effects, runs)]))
 
 
 def closed_interval(

@@ -33,7 +33,7 @@ def place_in_words(cut: Cut) -> str:
     """A cut's part of its axis."""
     name = cut.axis.replace("_", " ")
     if cut.interval is not None:
-        low, high = cut.interval
+        low, high = (0.0 if abs(end) < 1e-6 else end for end in cut.interval)
         unit = "" if cut.unit == "1" else f" {cut.unit}"
         return f"{name} {low:.3g} to {high:.3g}{unit}"
     return f"{name}: {cut.label}" if cut.label and cut.label != name else name

@@ -91,6 +91,46 @@ class Caster:
                 self._embreex.cast(camera, rays, rows[index], self._face_tags, pictures[index], right)
         return out
 
+    def reached(
+        self,
+        camera: Camera,
+        pose: NDArray[np.float64],
+        depth: NDArray[np.float32],
+        direction: NDArray[np.float64],
+        threads: int | None = None,
+    ) -> NDArray[np.uint8]:
+        """(height, width) uint8: 1 where light from far away reaches what the camera sees, 0 in shadow or no hit.
+
+        pose: (4, 4) camera to world. depth: (height, width) float32, as cast from there. direction: (3,) unit vector
+        towards the light, in the world. The side that a surface turns to the light is not asked for.
+        """
+        out, toward = np.empty(camera.shape, np.uint8), np.asarray(direction, np.float32)
+        row = np.concatenate([pose[:3, :3].reshape(-1), pose[:3, 3] - self._middle]).astype(np.float32)
+        if self._embree is None:
+            self._embreex.reached(camera, row, depth, toward, out)
+            return out
+        from depthsim.raycast.kernel import PACKET
+        from depthsim.raycast.skyward import reach_rows
+
+        handle, arguments = self._embree.handle, embree.query_arguments()
+        occluded, valid, threads = (
+            embree.address("rtcOccluded16"),
+            embree.aligned(16, np.int32),
+            threads or core_count(),
+        )
+        valid[:] = -1
+        cuts = np.linspace(0, camera.height, threads + 1).astype(int)
+
+        def work(index: int) -> None:
+            packet = embree.aligned(PACKET, np.float32)
+            reach_rows(
+                cuts[index], cuts[index + 1], occluded, handle, arguments, valid, packet, row, toward,
+                camera.rays[0], camera.rays[1], depth, out,
+            )  # fmt: skip
+
+        run_threads(work, threads)
+        return out
+
     def _cast_tiles(
         self,
         camera: Camera,

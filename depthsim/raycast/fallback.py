@@ -57,6 +57,22 @@ class EmbreexScene:
             blocked = self._scene.run(start, toward, depth * SKIN, query="OCCLUDED")
             out.right_sees[:] = (hit & (np.asarray(blocked) < 0)).reshape(height, width)
 
+    def reached(
+        self,
+        camera: Camera,
+        pose: NDArray[np.float32],
+        depth: NDArray[np.float32],
+        direction: NDArray[np.float32],
+        out: NDArray[np.uint8],
+    ) -> None:
+        """Fill ``out``; the arguments are those of the kernel."""
+        x, y = camera.rays
+        places = np.stack([x, y, np.ones_like(x)], axis=-1) * (depth * SKIN)[..., None]
+        origin = (places.reshape(-1, 3) @ pose[:9].reshape(3, 3).T + pose[9:]).astype(np.float32)
+        toward = np.ascontiguousarray(np.broadcast_to(direction, origin.shape))
+        blocked = np.asarray(self._scene.run(origin, toward, query="OCCLUDED")).reshape(depth.shape)
+        out[:] = (depth > 0) & (blocked < 0)
+
 
 def _may_have_slipped(missed: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The misses that are cast again, as in the kernel: those of tiles that mostly hit or hang over the border."""

@@ -38,8 +38,11 @@ class Run:
     meta: dict[str, Any]
 
     @classmethod
-    def open(cls, path: Path) -> "Run":
-        """Open a run folder. Raises :class:`InputError` for what is missing, malformed or unfinished."""
+    def open(cls, path: Path, *, posed: bool = True) -> "Run":
+        """Open a run folder. Raises :class:`InputError` for what is missing, malformed or unfinished.
+
+        posed: False takes a recording without groundtruth.txt, too; its camera then stands at the origin.
+        """
         path = Path(path)
         if not path.is_dir():
             problem = "is a file, not a folder" if path.exists() else "no such folder"
@@ -50,13 +53,17 @@ class Run:
         if not listed.exists():
             raise _not_a_run(path, meta)
         for name, what in ((layout.CAMERA, "the camera's keys"), (layout.GROUND_TRUTH, "the camera's poses")):
-            if not (path / name).exists():
+            if not (path / name).exists() and (posed or name != layout.GROUND_TRUTH):
                 raise InputError(path / name, "", "is missing from the run", f"write {what} there")
         camera = load_camera(path / layout.CAMERA)
-        stamps, files, lines = _read_list(listed)
+        stamps, files, lines = read_list(listed)
         if not files:
             raise InputError(listed, "", "names no frame", "write lines of `timestamp depth/NAME.png`")
-        truth = read_tum(path / layout.GROUND_TRUTH)
+        if posed or (path / layout.GROUND_TRUTH).exists():
+            truth = read_tum(path / layout.GROUND_TRUTH)
+        else:
+            count = len(stamps)
+            truth = Trajectory(stamps, np.zeros((count, 3)), np.tile([0, 0, 0, 1.0], (count, 1)), str(path))
         first, last = truth.stamps[0], truth.stamps[-1]
         for stamp, line in zip(stamps, lines, strict=True):
             if not first - TOLERANCE <= stamp <= last + TOLERANCE:
@@ -186,7 +193,7 @@ def _not_a_run(path: Path, meta: dict[str, Any]) -> InputError:
     return InputError(listed, "", "is missing from the run", "write lines of `timestamp depth/NAME.png` there")
 
 
-def _read_list(file: Path) -> tuple[NDArray[np.float64], tuple[Path, ...], tuple[str, ...]]:
+def read_list(file: Path) -> tuple[NDArray[np.float64], tuple[Path, ...], tuple[str, ...]]:
     """The stamps, the files and the places of a list of "timestamp file" lines; the files are there."""
     stamps: list[float] = []
     files: list[Path] = []
@@ -234,7 +241,7 @@ def _check_sidecar(path: Path, stream: str, files: Iterable[Path]) -> None:
 def _rgb_files(path: Path, stamps: NDArray[np.float64], within: float) -> tuple[Path | None, ...]:
     """For each stamp the image of rgb.txt nearest in time, at most ``within`` [s] away."""
     listed = path / layout.list_name("rgb")
-    times, files, _ = _read_list(listed) if listed.exists() else (np.empty(0), (), ())
+    times, files, _ = read_list(listed) if listed.exists() else (np.empty(0), (), ())
     if not files:
         return (None,) * len(stamps)
     near = np.searchsorted((times[:-1] + times[1:]) / 2, stamps)

@@ -63,6 +63,8 @@ class Renderer:
         assert met.right_sees is not None
         row = np.concatenate([place[:3, :3].reshape(-1), place[:3, 3] - self._origin]).astype(np.float32)
         sun = np.asarray(light.sun_direction) / np.linalg.norm(light.sun_direction)
+        # Without a sun its shadows are of no interest, and any picture will do.
+        sunlit = self.caster.reached(eye, place, met.depth, sun, threads) if light.sun else met.right_sees
         # Speckle stays while surface and imager stay, and is another once the camera moves.
         still = zlib.crc32(np.round(place * 1000).astype(np.int64).tobytes())
         speckle = Draws(seed, f"speckle {SIDES[side]}", still, threads).normal(
@@ -76,7 +78,7 @@ class Renderer:
             self._pattern, np.array([light.ambient, light.sun], np.float32), (pose[:3, :3].T @ sun).astype(np.float32),
             self._looks, np.array(WAVELENGTHS, np.float32), speckle, grain, eye.rays[0].reshape(-1),
             eye.rays[1].reshape(-1), met.depth.reshape(-1), met.face.reshape(-1), met.tag.reshape(-1),
-            met.right_sees.reshape(-1), scene.normals, out.reshape(-1), multiple=BLOCK,
+            met.right_sees.reshape(-1), sunlit.reshape(-1), scene.normals, out.reshape(-1), multiple=BLOCK,
         )  # fmt: skip
         return imager.gather(out, self.camera, self.settings.imager, threads)
 

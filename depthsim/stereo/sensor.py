@@ -67,7 +67,7 @@ class StereoSensor:
     ) -> StereoMeasurement:
         """One frame; the arguments are those of :meth:`depthsim.sensor.Sensor.measure`."""
         threads, pose = threads or core_count(), np.asarray(pose, np.float64)
-        clean = self.caster.cast(self.camera, pose, threads=threads, out=out.clean if out else None)
+        clean = self.caster.cast(self.camera, pose, threads=threads, out=out.cast_already if out else None)
         left, right = self._renderer.render(pose, seed, index, threads)
         depth = to_depth(self._matcher().match(left, right, threads), self.camera.focal_baseline)
         if self._take is not None:

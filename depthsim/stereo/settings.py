@@ -1,7 +1,8 @@
 """What active stereo is made of: projector, light, imagers and matcher, each with its numbers and where they are from.
 
 The numbers of the parts are a D435's where they are public. What is not public (optical power, blur, speckle, the
-matcher's thresholds) is tuned by ``benchmarks/stereo.py`` so that the depth has the figures of real D435 frames.
+matcher's thresholds) is tuned by ``benchmarks/stereo.py`` so that the depth has the figures of real D435 frames, and by
+``benchmarks/stereo_matching.py``, where the images are spoiled.
 """
 
 from pathlib import Path
@@ -105,11 +106,11 @@ class MatcherSettings(_Part):
     least_tolerance: FiniteFloat = Field(
         default=1.0, ge=0, le=255, description="the same where there is no noise [grey]"
     )
-    window: tuple[int, int] = Field(default=(5, 3), description="costs are added over, across and down [px]; odd")
+    window: tuple[int, int] = Field(default=(7, 5), description="costs are added over, across and down [px]; odd")
     small_step: int = Field(
-        default=10, ge=0, le=200, description="P1: a change of 1 px along a path, cost a window pixel"
+        default=20, ge=0, le=200, description="P1: a change of 1 px along a path, cost a window pixel"
     )
-    large_step: int = Field(default=60, ge=0, le=400, description="P2: a larger change, cost a window pixel")
+    large_step: int = Field(default=100, ge=0, le=400, description="P2: a larger change, cost a window pixel")
     uniqueness: FiniteFloat = Field(
         default=0.02, ge=0, lt=1, description="by how much the best beats all but its neighbours"
     )

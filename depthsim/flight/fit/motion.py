@@ -1,6 +1,7 @@
 """What a log says about force: the specific force of a flight in the air, low-passed, and the state beside it."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -83,9 +84,17 @@ def motion_of(log: FlightLog, cutoff: float = CUTOFF, from_velocity: bool = Fals
 
 def low_pass(columns: Floats, rate: float, cutoff: float) -> Floats:
     """A Butterworth low-pass of second order, run forwards and backwards so that nothing is shifted in time."""
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import sosfiltfilt
 
-    return np.asarray(sosfiltfilt(butter(_ORDER, cutoff, fs=rate, output="sos"), columns, axis=0))
+    return np.asarray(sosfiltfilt(_sections(rate, cutoff), columns, axis=0))
+
+
+@lru_cache(maxsize=64)
+def _sections(rate: float, cutoff: float) -> Floats:
+    """The filter's design takes as long as its run over a minute of flight."""
+    from scipy.signal import butter
+
+    return np.asarray(butter(_ORDER, cutoff, fs=rate, output="sos"))
 
 
 def to_body(log: FlightLog, vectors: Floats) -> Floats:

@@ -1,0 +1,170 @@
+"""From logs and a vehicle to a diagnosis: where the forces differ, which effects cause it, how far they close it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from depthsim.errors import InputError
+from depthsim.flight.log import FlightLog
+from depthsim.flight.table import Floats
+from depthsim.flight.vehicle import Vehicle
+from depthsim.gap.flight.axes import state_of
+from depthsim.gap.flight.base import base_settings, with_settings
+from depthsim.gap.flight.causes import causes_of, closed_interval, closed_share, gust_keys, rounded
+from depthsim.gap.flight.choice import Choice, Progress, choose, significant
+from depthsim.gap.flight.cuts import cuts
+from depthsim.gap.flight.effects import EFFECTS, bank
+from depthsim.gap.flight.flown import Flown, learn_all, power
+from depthsim.gap.flight.learn import Learned
+from depthsim.gap.flight.model import Model, Settings
+from depthsim.gap.flight.problem import Problem, make_problem, with_noise
+from depthsim.gap.flight.record import prepare
+from depthsim.gap.flight.sound import only, sound
+from depthsim.gap.result import Diagnosis, Gap, Unexplained, Verdict
+
+_CUTOFF_WORDS = "4 Hz low-pass on both sides, per axis of the body, on time held out"
+_SAME_LAG = 0.1
+"""How near a lag must be to that of the vehicle's motors to be theirs, relative."""
+_REST = 0.006
+"""Of the gap's power: a rest below this is not worth telling, even where it can be seen."""
+_REST_OF_GUSTS = 0.05
+"""The same where the wind gusts: between knots a little of it is always left."""
+
+
+def examine(
+    logs: Sequence[FlightLog],
+    vehicle: Vehicle,
+    without: Sequence[str] = (),
+    seed: int = 0,
+    told: Progress = lambda _: None,
+) -> Flown:
+    """Diagnose flights of a vehicle; see :func:`depthsim.gap.flight.diagnose_flight`."""
+    unknown = [name for name in without if name not in EFFECTS]
+    if unknown:
+        raise InputError("--without", unknown[0], "is no effect of a flight", f"name one of {', '.join(EFFECTS)}")
+    told("reading forces")
+    records = prepare(logs, vehicle)
+    base = base_settings(vehicle, len(records.files))
+    problem, notes = make_problem(records, Model(vehicle), base), list(records.notes)
+    formulas = bank(records, problem.base, without)
+    told("noise and axes")
+    choice = choose(problem, formulas, "gusting_wind" not in without, told)
+    quieter = with_noise(problem, choice.fit.settings)
+    if (quieter.sigma < 0.8 * problem.sigma).any():
+        problem = quieter
+        choice = choose(problem, formulas, "gusting_wind" not in without, told)
+    command = _as_command(problem, choice, vehicle)
+    if command is not None:
+        problem = command
+        lag = vehicle.rotors.motor_time_constant
+        notes.append(
+            f"the thrust in the log is read as a command, which the motors follow with the vehicle's {lag:g} s"
+        )
+        choice = choose(problem, bank(records, problem.base, without), "gusting_wind" not in without, told)
+    told("what is left")
+    flown = _flown(problem, choice, vehicle, seed, notes, ())
+    nearest: tuple[str, ...] = ()
+    while choice.fit.formulas and (kept := sound(flown)) != tuple(range(len(choice.fit.formulas))):
+        nearest = (*nearest, *(name for index, name in enumerate(choice.fit.effects) if index not in kept))
+        choice = only(choice, kept)
+        flown = _flown(problem, choice, vehicle, seed, notes, nearest)
+    return flown
+
+
+def _as_command(problem: Problem, choice: Choice, vehicle: Vehicle) -> Problem | None:
+    """The problem with the log's thrust read as what the motors were told.
+
+    A log may have either under one name. Where all that is found is the lag that the vehicle's motors have anyway, the
+    log has the commands, and that is no gap.
+    """
+    lag = vehicle.rotors.motor_time_constant
+    fit = choice.fit
+    if fit.effects != ("thrust_lag",) or problem.base.lag or choice.gusts is not None or not lag:
+        return None
+    found = fit.values[0][0] * (1 + (fit.values[0][1] if len(fit.values[0]) > 1 else 0.0))
+    if abs(found - lag) > max(_SAME_LAG * lag, 2 * float(fit.errors[0][0])):
+        return None
+    told = replace(problem, base=replace(problem.base, lag=lag))
+    return with_noise(told, told.base)
+
+
+def _flown(
+    problem: Problem, choice: Choice, vehicle: Vehicle, seed: int, notes: list[str], nearest: tuple[str, ...]
+) -> Flown:
+    fit, start = choice.fit, choice.start
+    noise = np.minimum(problem.noise(fit.settings)[0], problem.noise(problem.base)[0])
+    before, after = start.residual[:, 0], fit.held_out[:, 0]
+    noise = np.minimum(noise, np.sqrt(np.minimum((before**2).mean(axis=0), (after**2).mean(axis=0))))
+    floor = float(np.sqrt((noise**2).mean()))
+    causes, steps = causes_of(problem, choice, floor, seed)
+    state = state_of(problem, problem.base)
+    learned = learn_all(problem, before, problem.base, noise)
+    left = learn_all(problem, after, fit.settings, noise)
+    gap_power, rest_power = power(before, noise), power(after, noise)
+    there = [one for one in learned if significant(one.gains)]
+    least = _REST if choice.gusts is None else _REST_OF_GUSTS
+    rest = [one for one in left if significant(one.gains) and one.closed * rest_power > least * gap_power]
+    gap = bool(causes) or bool(there)
+    after_rms = steps[-1]
+    closed = closed_share(steps[0], after_rms, floor) if causes else 0.0
+    interval = closed_interval(problem, choice, floor, seed) if causes else (0.0, 0.0)
+    unexplained = (
+        _unexplained(problem, after, fit.settings, rest, noise, (steps[0], after_rms, floor), nearest) if gap else None
+    )
+    verdict: Verdict = "no_gap"
+    if gap:
+        verdict = "explained" if causes and unexplained is None else "partly_explained" if causes else "unexplained"
+    where = cuts(problem, before, state, there, noise) if gap else ()
+    diagnosis = Diagnosis(
+        verdict=verdict,
+        gap=Gap(
+            measure=f"RMS of the specific force that the model misses ({problem.records.channels[0]}; {_CUTOFF_WORDS})",
+            unit="m/s²",
+            before=rounded(steps[0]),
+            after=rounded(after_rms),
+            floor=rounded(floor),
+            closed_fraction=rounded(closed),
+            ci95=interval,
+        ),
+        where=where,
+        causes=causes,
+        unexplained=unexplained,
+        notes=tuple(notes),
+    )
+    changed = set(fit.effects)
+    gusts = gust_keys(problem, choice)
+    return Flown(
+        diagnosis, with_settings(vehicle, fit.settings, changed, gusts), problem, choice, before, after, noise, state,
+        tuple(learned), tuple(left),
+    )  # fmt: skip
+
+
+def _unexplained(
+    problem: Problem,
+    residual: Floats,
+    s: Settings,
+    rest: list[Learned],
+    noise: Floats,
+    figures: tuple[float, float, float],
+    nearest: tuple[str, ...],
+) -> Unexplained | None:
+    if not rest:
+        return None
+    before, after, floor = figures
+    fraction = float(np.clip((after - floor) / max(before - floor, 1e-9), 0.0, 1.0))
+    where = cuts(problem, residual, state_of(problem, s), rest, noise)
+    first = rest[0]
+    left = float(np.sqrt((first.rest**2).mean()))
+    learnable = float(np.clip((after - left) / max(before - floor, 1e-9), 0.0, 1.0))
+    told = (
+        f"No effect of the bank closes {fraction:.0%} of the gap. It goes with {_words(rest)}; a correction learned on "
+        f"{first.axis.replace('_', ' ')} would close {learnable:.0%} of the gap on time held out."
+    )
+    if nearest:
+        told += f" Nearest in the bank: {', '.join(nearest)}, but what they leave is no noise, so they are not named."
+    return Unexplained(fraction=rounded(fraction), where=where, description=told, learnable=rounded(learnable))
+
+
+def _words(rest: list[Learned]) -> str:
+    return ", then ".join(one.axis.replace("_", " ") for one in rest[:3])

@@ -1,0 +1,122 @@
+"""The messages of a ROS 1 or ROS 2 bag, whole or damaged."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from depthsim.errors import InputError
+from depthsim.extras import load_extra
+from depthsim.importing.salvage import Damaged, Message, salvage
+
+_SUFFIXES = (".bag", ".mcap", ".db3")
+
+
+class BagFile:
+    """One .bag, .mcap or .db3 file, a folder with several, or a rosbag2 folder.
+
+    ros1: whether messages are in ROS 1's serialisation. topics: the type of each topic. damage: after
+    :meth:`messages` has ended, what is wrong with which file, if anything is.
+    """
+
+    def __init__(self, source: Path) -> None:
+        load_extra("rosbags", "ros")
+        self.source = source
+        self.files = _files(source)
+        self.ros1 = self.files[0].suffix.lower() == ".bag"
+        self.damage: tuple[Path, str] | None = None
+        whole = [source] if (source / "metadata.yaml").exists() else self.files
+        self._parts = [_Indexed.open(part, self.ros1) for part in whole]
+        if None in self._parts and whole == [source]:  # the list of files is damaged, or one of them is
+            whole = self.files
+            self._parts = [_Indexed.open(part, self.ros1) for part in whole]
+        self._places = whole
+        self.topics: dict[str, str] = {}
+        for part, place in zip(self._parts, whole, strict=True):
+            self.topics |= part.topics if part is not None else _topics(place)
+
+    def messages(self, topics: set[str]) -> Iterator[Message]:
+        """The messages of some topics, about in the order of time. After a fault some may come twice."""
+        for part, place in zip(self._parts, self._places, strict=True):
+            if part is not None:
+                try:
+                    yield from part.messages(topics)
+                    continue
+                except Damaged:
+                    pass
+            for file in self.files if place == self.source and place.is_dir() else [place]:
+                try:
+                    yield from (message for message in salvage(file) if message.topic in topics)
+                except Damaged as damage:
+                    self.damage = file, str(damage)
+                    return
+
+    def close(self) -> None:
+        """Close the files."""
+        for part in self._parts:
+            if part is not None:
+                part.close()
+
+
+class _Indexed:
+    """A part of a bag that rosbags can open."""
+
+    def __init__(self, reader: Any) -> None:
+        self._reader = reader
+        self.topics = {item.topic: item.msgtype for item in reader.connections}
+
+    @classmethod
+    def open(cls, path: Path, ros1: bool) -> "_Indexed | None":
+        """None for what rosbags refuses, in whatever way."""
+        module = load_extra("rosbags.rosbag1" if ros1 else "rosbags.rosbag2", "ros")
+        try:
+            reader = module.Reader(path)
+            reader.open()
+        except InputError:
+            raise
+        except Exception:  # rosbags lets struct, database and key errors of broken files out as they are
+            return None
+        return cls(reader)
+
+    def messages(self, topics: set[str]) -> Iterator[Message]:
+        wanted = [item for item in self._reader.connections if item.topic in topics]
+        if not wanted:
+            return
+        stream = self._reader.messages(connections=wanted)
+        while True:
+            try:
+                connection, time, data = next(stream)
+            except StopIteration:
+                return
+            except Exception as error:
+                raise Damaged(str(error)) from None
+            yield Message(connection.topic, connection.msgtype, time, bytes(data))
+
+    def close(self) -> None:
+        self._reader.close()
+
+
+def _topics(file: Path) -> dict[str, str]:
+    """The topics of a file that has no index."""
+    topics: dict[str, str] = {}
+    try:
+        for message in salvage(file):
+            topics[message.topic] = message.kind
+    except Damaged as damage:
+        if not topics:
+            raise InputError(file, "", str(damage), "record it again, or give another file") from None
+    return topics
+
+
+def _files(source: Path) -> list[Path]:
+    if source.is_file():
+        return [source]
+
+    def natural(file: Path) -> list[Any]:
+        return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)]
+
+    # .mcap.zstd and .db3.zstd are whole files in themselves, which rosbags unpacks.
+    files = [file for file in source.iterdir() if file.name.removesuffix(".zstd").lower().endswith(_SUFFIXES)]
+    if not files:
+        raise InputError(source, "", "names no .mcap or .db3 that is there", "give the whole folder of the bag")
+    return sorted(files, key=natural)

@@ -1,0 +1,37 @@
+"""What an importer can be told, and what it tells."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from depthsim.errors import InputError
+
+
+@dataclass(frozen=True)
+class ImportOptions:
+    """Where the recording says nothing, or says it wrongly.
+
+    camera: a camera.yaml or the name of a preset. depth: the topic of the depth images. poses: a TUM file, or the topic
+    of odometry or poses. rate: frames a second of pictures without stamps. depth_scale: metres per unit. baseline [m].
+    """
+
+    camera: str | None = None
+    depth: str | None = None
+    poses: str | None = None
+    rate: float | None = None
+    depth_scale: float | None = None
+    baseline: float | None = None
+
+    @property
+    def pose_file(self) -> Path | None:
+        """``poses`` where it is the path of a file."""
+        return Path(self.poses) if self.poses and Path(self.poses).is_file() else None
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What was imported: frames that are kept, whether they have poses, remarks for people, and where a cut was."""
+
+    frames: int
+    posed: bool
+    notes: tuple[str, ...] = ()
+    cut: InputError | None = None

@@ -1,0 +1,68 @@
+"""TUM RGB-D sequences (Sturm et al., IROS 2012), as they are downloaded: depth.txt, rgb.txt, groundtruth.txt.
+
+They have no camera file. Where the folder has no camera.yaml and none is given, a name with freiburg1, 2 or 3 in it
+gives the calibration of the data set's page (for the depth images, which are aligned with colour and free of
+distortion there): fx fy cx cy below, 5000 units to the metre. The baseline, 75 mm, is the Kinect's.
+"""
+
+import re
+from pathlib import Path
+
+from depthsim.camera import Camera, load_camera
+from depthsim.errors import InputError
+from depthsim.importing.options import Imported, ImportOptions
+from depthsim.importing.recording import Recording
+from depthsim.presets import resolve_camera
+from depthsim.runs import layout
+from depthsim.runs.folder import read_list
+from depthsim.runs.png import decode_png
+from depthsim.trajectory import read_tum
+
+FREIBURG = {
+    "1": (517.3, 516.5, 318.6, 255.3),
+    "2": (520.9, 521.0, 325.1, 249.7),
+    "3": (535.4, 539.2, 320.1, 247.6),
+}
+"""fx, fy, cx, cy [px] of each camera."""
+UNITS = 5000.0
+KINECT_BASELINE = 0.075
+
+
+def read_sequence(source: Path, folder: Path, options: ImportOptions) -> Imported:
+    """Copy a sequence into ``folder`` as a run."""
+    camera = _camera(source, options)
+    recording = Recording(folder, source)
+    stamps, files, _ = read_list(source / layout.list_name(layout.DEPTH))
+    for stamp, file in zip(stamps, files, strict=True):
+        depth = decode_png(file)
+        if depth.dtype != "uint16" or depth.ndim != 2:
+            raise InputError(file, "", "is not a 16-bit grey PNG", "give depth as 16-bit grey PNG")
+        recording.add(layout.DEPTH, float(stamp), depth)
+    listed = source / layout.list_name("rgb")
+    if listed.exists():
+        stamps, files, _ = read_list(listed)
+        for stamp, file in zip(stamps, files, strict=True):
+            image = decode_png(file)
+            if image.dtype != "uint8" or image.shape[:2] != camera.shape:
+                problem = f"is {image.shape[1]}x{image.shape[0]} of {image.dtype}"
+                raise InputError(file, "", problem, f"give 8-bit images of {camera.width}x{camera.height}")
+            recording.add("rgb", float(stamp), image)
+    poses = options.pose_file or source / layout.GROUND_TRUTH
+    if options.poses and not options.pose_file:
+        raise InputError(options.poses, "", "no such file", "give --poses a TUM file")
+    frames, notes = recording.finish(camera, read_tum(poses) if poses.exists() else None)
+    return Imported(frames, poses.exists(), tuple(notes))
+
+
+def _camera(source: Path, options: ImportOptions) -> Camera:
+    if options.camera is not None:
+        return resolve_camera(options.camera)
+    if (source / layout.CAMERA).exists():
+        return load_camera(source / layout.CAMERA)
+    found = re.search(r"freiburg([123])", source.absolute().name)
+    if not found:
+        mend = "give --camera camera.yaml; a folder named such as rgbd_dataset_freiburg1_xyz needs none"
+        raise InputError(source, "", "has no camera.yaml", mend)
+    fx, fy, cx, cy = FREIBURG[found[1]]
+    keys = {"width": 640, "height": 480, "fx": fx, "fy": fy, "cx": cx, "cy": cy, "depth_scale": 1 / UNITS}
+    return Camera.model_validate({"name": f"freiburg{found[1]}", "baseline": KINECT_BASELINE, **keys})

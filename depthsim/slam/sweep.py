@@ -1,0 +1,104 @@
+"""One trajectory through several sensors and speeds: how the error of a system follows the noise of its input."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from depthsim.errors import InputError
+from depthsim.generate import generate
+from depthsim.runs import Run
+from depthsim.runs.storing import write_whole
+from depthsim.scenefile import load_scene
+from depthsim.sensor import load_profile
+from depthsim.slam.results import RESULTS, put_row, row_of
+from depthsim.slam.score import Score, score
+from depthsim.slam.sweep_plot import picture
+from depthsim.slam.systems import DEPTH_MAX, estimate
+from depthsim.trajectory import Trajectory
+
+PROFILES = ("clean", "paper", "d435", "active_stereo")
+FRAMES_OF_NOISE = 8
+"""Frames that the noise of a run is measured on."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of a sweep under one system. noise: see :func:`noise_of`. score is None for a track lost at once."""
+
+    profile: str
+    speed: float
+    system: str
+    noise: float
+    frames: int
+    score: Score | None
+
+
+def sweep(
+    run: Run,
+    out: Path,
+    systems: Sequence[str],
+    profiles: Sequence[str] = PROFILES,
+    speeds: Sequence[float] = (1.0,),
+    seed: int = 0,
+    tell: Callable[[str], None] = lambda line: None,
+) -> list[Case]:
+    """Make a run for each profile and speed along the poses of ``run``, and score each system on each.
+
+    Writes out/runs/PROFILE_SPEEDx/, out/results.csv and out/sweep.png. Runs that are there already are kept, so that a
+    sweep that was broken off goes on. A speed of 2 takes the same way in half the time, at the same frame rate.
+    Raises :class:`InputError` where the run has no scene, and for profiles and systems that do not exist.
+    """
+    if run.scene is None:
+        raise InputError(run.path, "", "holds no scene", "sweep over a run that `depthsim generate` made")
+    scene = load_scene(run.scene)
+    cases = []
+    for profile in profiles:
+        sensor = load_profile(profile)
+        for speed in speeds:
+            path = faster(run.trajectory, speed, run.camera.rate)
+            name = f"{Path(profile).stem}_{speed:g}x"
+            generate(scene, path, run.camera, sensor, out / "runs" / name, seed=seed)
+            made = Run.open(out / "runs" / name)
+            noise = noise_of(made)
+            for system in systems:
+                found = estimate(made, system)
+                try:
+                    figures = score(made.trajectory, found.trajectory)
+                except InputError:
+                    tell(f"{name}: {system} lost its track at once")
+                    cases.append(Case(profile, speed, system, noise, len(made), None))
+                    continue
+                put_row(out / RESULTS, row_of(name, system, len(made), figures, found.seconds))
+                cases.append(Case(profile, speed, system, noise, len(made), figures))
+                tell(f"{name}: {system} ATE {100 * figures.ate:.2f} cm, {figures.matched} of {len(made)} frames")
+    write_whole(out / "sweep.png", picture(cases, run.path.name))
+    return cases
+
+
+def faster(path: Trajectory, speed: float, rate: float) -> Trajectory:
+    """The same way ``speed`` times as fast, sampled at ``rate`` [Hz]; at speed 1 the poses as they are."""
+    if not (np.isfinite(speed) and speed > 0):
+        raise InputError("--speeds", str(speed), "is no speed", "give factors such as 0.5,1,2")
+    if speed == 1:
+        return path
+    start = path.stamps[0]
+    stamps = start + (path.stamps - start) / speed
+    return Trajectory(stamps, path.positions, path.quaternions, path.name).sampled(rate)
+
+
+def noise_of(run: Run) -> float:
+    """The median of |depth - clean| over the pixels nearer than the systems look, as a standard deviation [m].
+
+    1.4826 times the median, which is the deviation of normal noise and is not moved by a few pixels at edges.
+    """
+    errors = []
+    for index in np.unique(np.linspace(0, len(run) - 1, FRAMES_OF_NOISE).astype(int)):
+        depth, clean = run.depth(index), run.clean(index)
+        if clean is None:
+            raise InputError(run.path, "clean", "is not there", "make the run with its clean depth")
+        both = (depth > 0) & (clean > 0) & (clean < DEPTH_MAX)
+        errors.append(np.abs(depth[both] - clean[both]))
+    every = np.concatenate(errors)
+    return float(1.4826 * np.median(every)) if every.size else float("nan")

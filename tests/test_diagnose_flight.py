@@ -1,0 +1,180 @@
+"""The diagnosis of flights, on logs from a simulator that shares nothing with it (benchmarks/withheld_flight_data)."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.withheld_flight import FLIGHTS, the_vehicle
+from benchmarks.withheld_flight_data import MASS, Noise, Truth, flight
+from benchmarks.withheld_flight_data import Path as Flown
+from depthsim.errors import InputError
+from depthsim.flight.log import FlightLog
+from depthsim.flight.nanobench import read_any
+from depthsim.flight.vehicle import Vehicle, load_vehicle
+from depthsim.gap.flight import diagnose_flight, examine
+from depthsim.gap.flight.held_out import lateral_errors
+from depthsim.gap.result import Diagnosis
+
+EIGHT = Flown("lemniscate", 8.0, 18.0, 3.0, 1.2, turning=True, phase=0.7)
+HOPS = Flown("hops", 3.0, 4.0, 0.15, 0.9, turning=False, phase=1.3)
+LEVEL = Flown("lemniscate", 8.0, 18.0, 3.0, 0.0, turning=False, phase=0.7)
+
+
+def log_of(truth: Truth, path: Flown = EIGHT, seed: int = 1, **noise: float) -> FlightLog:
+    return flight(path, truth, Noise(**noise), seed)
+
+
+def gusts(size: float) -> np.ndarray:
+    rng = np.random.default_rng(4)
+    t = np.arange(4700) * 0.01
+    wind = np.zeros((4700, 3))
+    for axis in range(2):
+        wind[:, axis] = sum(np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f in rng.uniform(0.05, 0.5, 3))
+    return size * wind
+
+
+CAUSES = {
+    "rotor_drag": (Truth({"drag_x": 0, "drag_y": 0, "drag_omega": 8e-5}), EIGHT),
+    "body_drag_quadratic": (Truth({"quad_x": 0.02, "quad_y": 0.03, "quad_z": 0.05}), EIGHT),
+    "constant_wind": (Truth(wind=np.array([[2.0, 1.5, 0.0]] * 2)), EIGHT),
+    "gusting_wind": (Truth(wind=gusts(1.2)), EIGHT),
+    "thrust_lag": (Truth({"lag": 0.08, "lag_order": 2}, logs_command=True), HOPS),
+    "ground_effect": (Truth({"ground_exp": 0.15, "ground_height": 0.25}), HOPS),
+    "vertical_damping": (Truth({"climb": 0.5}), EIGHT),
+    "imu_bias": (Truth(bias=(0.2, -0.1, 0.1)), EIGHT),
+    "imu_misalignment": (Truth(tilt=(0.03, 0.01, 0.02)), HOPS),
+    "log_time_offset": (Truth(late={"imu": 0.03}), HOPS),
+    "rotor_thrust_difference": (Truth(rotors=(0.9, 1.0, 1.0, 1.0)), EIGHT),
+}
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, Diagnosis]:
+    return {
+        name: diagnose_flight(log_of(truth, path), the_vehicle(name != "rotor_drag"))
+        for name, (truth, path) in CAUSES.items()
+    }
+
+
+@pytest.mark.parametrize("name", CAUSES)
+def test_a_withheld_effect_is_named_and_closes_the_gap(name: str, found: dict[str, Diagnosis]) -> None:
+    diagnosis = found[name]
+    assert diagnosis.causes[0].effect == name
+    assert len(diagnosis.causes[0].indistinguishable_from) <= 1
+    assert diagnosis.gap.closed_fraction > (0.8 if name == "gusting_wind" else 0.9)
+    assert diagnosis.gap.ci95[0] <= diagnosis.gap.closed_fraction <= diagnosis.gap.ci95[1]
+    assert diagnosis.gap.before > diagnosis.gap.after >= diagnosis.gap.floor > 0
+    assert diagnosis.where
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "truth"),
+    [
+        ("constant_wind", "x", 2.0),
+        ("constant_wind", "y", 1.5),
+        ("vertical_damping", "D_z", 0.5),
+        ("ground_effect", "strength", 0.15),
+        ("log_time_offset", "seconds", 0.03),
+        ("rotor_thrust_difference", "share", 1.0),
+    ],
+)
+def test_parameters_are_found(name: str, parameter: str, truth: float, found: dict[str, Diagnosis]) -> None:
+    cause = found[name].causes[0]
+    low, high = cause.ci95[parameter]
+    assert cause.parameters[parameter] == pytest.approx(truth, rel=0.1)
+    assert low < cause.parameters[parameter] < high
+
+
+def test_where_is_ranked_by_what_can_be_learned_there(found: dict[str, Diagnosis]) -> None:
+    first = {name: [cut.axis for cut in diagnosis.where[:2]] for name, diagnosis in found.items()}
+    assert "speed" in first["rotor_drag"]
+    assert "altitude" in first["ground_effect"]
+    assert "time" in first["gusting_wind"]
+    assert "axis" in first["imu_bias"]
+    assert "thrust" in first["thrust_lag"]
+
+
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_no_gap_where_there_is_none(seed: int) -> None:
+    path = (EIGHT, HOPS, LEVEL)[seed % 3]
+    diagnosis = diagnose_flight(log_of(Truth(), path, seed, accelerometer=0.2), the_vehicle(True))
+    assert diagnosis.verdict == "no_gap"
+    assert not diagnosis.causes and not diagnosis.where and diagnosis.unexplained is None
+    assert diagnosis.gap.closed_fraction == 0
+    assert diagnosis.gap.before == pytest.approx(diagnosis.gap.floor, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("name", "without", "axes"),
+    [
+        ("rotor_drag", ["rotor_drag"], {"speed"}),
+        ("ground_effect", ["ground_effect"], {"altitude"}),
+        ("gusting_wind", ["gusting_wind"], {"time"}),
+        ("imu_bias", ["imu_bias"], {"axis"}),
+    ],
+)
+def test_what_the_bank_lacks_is_unexplained_and_not_the_nearest_name(
+    name: str, without: list[str], axes: set[str]
+) -> None:
+    truth, path = CAUSES[name]
+    diagnosis = diagnose_flight(log_of(truth, path), the_vehicle(name != "rotor_drag"), without=without)
+    assert diagnosis.verdict == ("partly_explained" if name == "imu_bias" else "unexplained")
+    assert diagnosis.unexplained is not None
+    assert axes & {cut.axis for cut in diagnosis.unexplained.where[:2]}
+    assert diagnosis.unexplained.learnable is not None
+    assert diagnosis.unexplained.learnable > (0.1 if name == "imu_bias" else 0.5)
+
+
+def test_a_slow_flight_does_not_tell_mass_from_thrust_and_says_what_would() -> None:
+    diagnosis = diagnose_flight(log_of(Truth({"mass": 1.25}), HOPS), the_vehicle(True))
+    cause = diagnosis.causes[0]
+    assert {cause.effect, *cause.indistinguishable_from} == {"mass", "thrust_scale"}
+    assert "Weigh" in cause.advice
+
+
+def test_two_causes_are_both_named() -> None:
+    truth = Truth({"quad_all": 0.02}).plus(Truth(bias=(0.3, -0.2, 0.1)))
+    diagnosis = diagnose_flight(log_of(truth), the_vehicle(True))
+    assert {cause.effect for cause in diagnosis.causes} == {"body_drag_quadratic", "imu_bias"}
+    assert sum(cause.closed_fraction for cause in diagnosis.causes) == pytest.approx(
+        diagnosis.gap.closed_fraction, abs=1e-3
+    )
+
+
+def test_the_same_seed_gives_the_same_bytes() -> None:
+    log = log_of(CAUSES["imu_bias"][0])
+    one, other = (diagnose_flight(log, the_vehicle(True), seed=3).to_json() for _ in range(2))
+    assert one == other
+    assert json.loads(one)["version"] == 1
+
+
+def test_an_effect_that_is_none_is_refused() -> None:
+    with pytest.raises(InputError, match="is no effect of a flight"):
+        diagnose_flight(log_of(Truth()), the_vehicle(True), without=["drag"])
+
+
+def test_a_mass_that_is_wrong_in_the_file_is_mended() -> None:
+    flown = examine([log_of(Truth({"mass": 1.35}), EIGHT)], the_vehicle(True))
+    cause = flown.diagnosis.causes[0]
+    assert {"mass", "thrust_scale"} & {cause.effect, *cause.indistinguishable_from}
+    if cause.effect == "mass":
+        assert flown.vehicle.mass == pytest.approx(1.35, rel=0.01)
+    assert the_vehicle(True).mass == MASS
+
+
+def test_real_flights_show_drag_and_the_accelerometers_offset_by_themselves() -> None:
+    files = sorted(FLIGHTS.glob("*.csv"))
+    if len(files) < 8:
+        pytest.skip(f"the flights of NanoBench are not in {FLIGHTS.parent.name}/{FLIGHTS.name}")
+    flights = {Path(file).stem: read_any(file) for file in files}
+    train = [flights[name] for name in ("B2_circle_fast_rep3", "B3_figure8_medium_rep2")]
+    keys = load_vehicle("crazyflie").model_dump() | {"mass": 0.035, "drag": {"law": "none"}}
+    flown = examine(train, Vehicle.model_validate(keys))
+    names = [cause.effect for cause in flown.diagnosis.causes]
+    assert names[0] == "rotor_drag"
+    assert {"imu_bias", "imu_misalignment"} & set(names)
+    before, after, _ = lateral_errors(flown, [flights["B2_circle_medium_rep2"], flights["B3_figure8_fast_rep2"]])
+    assert before > 0.15
+    assert after < 0.05
