@@ -1,6 +1,7 @@
-"""The viewer: a page in the browser that shows a scene or a run as mesh, camera and point cloud."""
+"""The viewer: a page in the browser that shows a scene, a run or a report, and lets one turn the sensor's knobs."""
 
-from viewer.app import Viewer
-from viewer.source import RunSource, SceneSource, Shot
+from viewer.opening import open_stage
+from viewer.server import Viewer
+from viewer.stage import Stage
 
-__all__ = ["RunSource", "SceneSource", "Shot", "Viewer"]
+__all__ = ["Stage", "Viewer", "open_stage"]

@@ -1,5 +1,6 @@
-"""`depthsim view`: a scene or a run in the browser."""
+"""`depthsim view`: a scene, a run or a report in the browser."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,44 +10,51 @@ from depthsim.cli.options import MaterialsFile, Tags, Units, Up, parse_tags
 
 if TYPE_CHECKING:
     from depthsim.scene import Scene
+    from viewer import Stage
 
 
 def view(
-    what: Annotated[str, typer.Argument(help="A scene (name, scene file or mesh), or the folder of a run.")],
+    what: Annotated[
+        str, typer.Argument(help="A scene (name, scene file or mesh), the folder of a run, or that of a report.")
+    ],
     trajectory: Annotated[str | None, typer.Option(help="For a scene: as in `depthsim generate`.")] = None,
-    sensor: Annotated[str, typer.Option(help="For a scene: a sensor profile.")] = "paper",
+    sensor: Annotated[
+        str, typer.Option(help="The sensor profile to begin with; a report begins with its own.")
+    ] = "paper",
     tag: Tags = None,
     units: Units = None,
     up: Up = None,
     materials: MaterialsFile = None,
-    host: Annotated[str, typer.Option(help="127.0.0.1 keeps the page on this machine.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="The first free port from here is taken.")] = 8080,
+    save_to: Annotated[Path, typer.Option(help="The one folder that the page may save files in.")] = Path(
+        "viewer_files"
+    ),
+    host: Annotated[
+        str, typer.Option(help="127.0.0.1 keeps the page on this machine; any other wants the token that is printed.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="The first free port from here is taken.")] = 8080,
 ) -> None:
-    """Show a scene or a run in the browser."""
-    from depthsim.generate import open_sensor
+    """Show a scene, a run or a report in the browser, and turn the sensor's knobs."""
     from depthsim.materials import load_materials
-    from depthsim.presets import preset
-    from depthsim.raycast import Caster
-    from depthsim.runs import Run
     from depthsim.scenefile import load_scene
-    from depthsim.sensor import load_profile
-    from depthsim.trajectory import resolve_trajectory
-    from viewer import RunSource, SceneSource, Viewer
+    from viewer import Viewer, open_stage
+    from viewer.opening import is_recorded
 
     known = load_materials(materials)
 
     def load(where: str | Path) -> "Scene":
         return load_scene(where, tags=parse_tags(tag), units=units, up=up, materials=known)
 
-    source: RunSource | SceneSource
-    if (Path(what) / "depth.txt").is_file() or (Path(what) / "run.yaml").is_file():
-        run = Run.open(Path(what))
-        source = RunSource(run, load(run.scene) if run.scene else None)
+    def open_it() -> "Stage":
+        return open_stage(what, trajectory=trajectory, sensor=sensor, materials=known, scene_loader=load)
+
+    if not is_recorded(what):  # of a run or a report the page itself tells what is wrong, so that it can be mended
+        stage = open_it()
+        viewer = Viewer(lambda: stage, f"depthsim · {Path(what).name}", host, port, save_to)
     else:
-        scene, profile = load(what), load_profile(sensor)
-        camera = profile.camera or preset("d435")
-        path = resolve_trajectory(trajectory, scene, camera.rate)
-        source = SceneSource(open_sensor(profile, Caster(scene), camera, known), path)
-    viewer = Viewer(source, f"depthsim: {Path(what).name}", host, port, known)
+        viewer = Viewer(open_it, f"depthsim · {Path(what).name}", host, port, save_to)
+    if viewer.error is not None:
+        print(viewer.error, file=sys.stderr, flush=True)
     print(f"{what} is shown at {viewer.url} (Ctrl-C ends it)", flush=True)
     viewer.run()
+    if viewer.error is not None:
+        raise typer.Exit(2)
