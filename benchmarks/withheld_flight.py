@@ -214,8 +214,8 @@ def fly_case(
     case = Case(tuple(effect.name for effect in effects), strength, flown, time.perf_counter() - begin)
     gap = flown.diagnosis.gap
     figures = f"{gap.before:.3f} {gap.after:.3f} {gap.floor:.3f} m/s², {case.seconds:.1f} s"
-    told = f"{flown.diagnosis.verdict} {' = '.join(case.first)}"
-    print(f"{' + '.join(case.effects)} {strength} on {path.kind} {path.speed:.0f} m/s: {told}, {figures}", file=sys.stderr)
+    told = f"{flown.diagnosis.verdict} {' = '.join(case.first)}, {figures}"
+    print(f"{' + '.join(case.effects)} {strength} on {path.kind} {path.speed:.0f} m/s: {told}", file=sys.stderr)
     return case
 
 

@@ -44,7 +44,8 @@ def share_legend() -> str:
 def _bar(palette: colours.Palette, ticks: list[tuple[float, str]]) -> str:
     stops = ",".join(colours.hex_colour(palette[place]) for place in np.linspace(0, 255, 18).astype(int))
     labels = "".join(
-        f'<span style="position:absolute;white-space:nowrap;left:{100 * place:.1f}%;transform:translateX(-{100 * place:.0f}%)">'
+        f'<span style="position:absolute;white-space:nowrap;left:{100 * place:.1f}%;'
+        f'transform:translateX(-{100 * place:.0f}%)">'
         f"{html.escape(text)}</span>"
         for place, text in ticks
     )

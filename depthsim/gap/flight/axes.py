@@ -6,6 +6,7 @@ depends on this axis alone, smoothly and without a thought of physics, is about 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -56,7 +57,7 @@ class Axis:
 def state_of(problem: Problem, s: Settings) -> State:
     """The state of all samples under a model."""
     parts = [_part(problem, record, s) for record in problem.records.parts]
-    joined = {}
+    joined: dict[str, Any] = {}
     for name in State.__dataclass_fields__:
         values = [getattr(part, name) for part in parts]
         joined[name] = None if any(value is None for value in values) else np.concatenate(values)

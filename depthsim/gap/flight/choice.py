@@ -23,8 +23,8 @@ LEAST_GAIN = 22.0
 """Of the loss, which chance lowers by about 1 for a parameter: beyond this it is no chance, the bank's size counted."""
 _MOST = 6
 _LEAST_T = 2.6
-_LEAST_SHARE = 0.015
-"""Of the gap's power; less is not worth a name."""
+_LEAST_SHARE = 0.01
+"""Of the gap's power, a tenth of its size; less is not worth a name."""
 _TIE_T = 2.0
 _TIE_GAIN = 5.0
 _TIE_SHARE = 0.003
@@ -39,7 +39,7 @@ _FORMULA = 0.85
 """Of what gusts close: where a formula closes so much, it is the formula."""
 _AIRY = 0.6
 """Of what a free force in time closes: a wind closes so much of it, or it is no wind."""
-_AIR = ("rotor_drag", "body_drag_quadratic", "vertical_damping")
+_LIKE_WIND = ("constant_wind", "imu_bias", "imu_misalignment")
 _GUSTS_SHARE = 0.05
 """Of what is closed with gusts: formulas alone must leave this much more, or they are what happened."""
 _SCALES = ("thrust_scale", "mass")
@@ -88,10 +88,12 @@ def _search(start: Fit, bank: Sequence[Formula], gusts: bool, told: Progress) ->
         told(f"effect {len(fit.formulas) + 1}")
         best = _best(_trials(fit, bank))
         if gusts and series is None:
-            series = _gusts(fit, best)
-            if series is not None:
+            found = _gusts(fit, best)
+            if found is not None:
+                series, still = found
                 bank = _windless(bank)
-                fit = _airy(replace(problem, measured=problem.measured - series.predicted), fit)
+                calm = replace(problem, measured=problem.measured - series.predicted)
+                fit = refitted(calm, still.formulas, still.values)
                 continue
         if best is None or not _worth(fit, best, start):
             break
@@ -118,34 +120,36 @@ def significant(gains: Floats) -> bool:
     return total > LEAST_GAIN and (paired(gains, 0 * gains).t > _LEAST_T or total - most > 3 * LEAST_GAIN)
 
 
-def _gusts(fit: Fit, best: Fit | None) -> Series | None:
-    """A wind that changes, if that is what the residual of a fit is."""
+def _gusts(fit: Fit, best: Fit | None) -> tuple[Series, Fit] | None:
+    """A wind that changes, if that is what the residual of a fit is, and the fit that it stands beside.
+
+    What was taken for a sensor's constant error may have been the mean of the wind: it is left out where that does as
+    well, and must be found again.
+    """
     problem = fit.problem
-    still = _airy(problem, fit)
-    series = wind_series(problem, still.residual, still.settings)
-    if series is None:
+    with_all = wind_series(problem, fit.residual, fit.settings)
+    if with_all is None or not significant(with_all.gains):
         return None
-    left = float(series.gains.sum() - (still.loss.sum() - fit.loss.sum()))
-    if left < LEAST_GAIN or not significant(series.gains):
-        return None
+    left = float(with_all.gains.sum())
     if best is not None and float((fit.loss - best.loss).sum()) > _FORMULA * left:
         return None
-    noise = problem.sigma[0]
     residual = fit.residual[:, 0]
-    free, _ = learn_time(problem, residual, noise)
-    state = state_of(problem, fit.settings)
-    lasting = max(learn(problem, residual, axis, state, noise).gains.sum() for axis in axes_of(state))
-    if lasting > _LASTING * free.gains.sum() or not significant(free.gains):
+    free, _ = learn_time(problem, residual, problem.sigma[0])
+    if not significant(free.gains):
         return None
-    calm = residual - (series.predicted[:, 0] - (still.residual[:, 0] - residual))
+    state = state_of(problem, fit.settings)
+    lasting = max(learn(problem, residual, axis, state, problem.sigma[0]).gains.sum() for axis in axes_of(state))
+    calm = residual - with_all.predicted[:, 0]
     closed = float((((residual**2) - calm**2) * problem.weights[0]).sum())
-    return series if closed > _AIRY * float(free.gains.sum()) else None
-
-
-def _airy(problem: Problem, fit: Fit) -> Fit:
-    """The forces of the air alone, by which a wind acts; the rest must be found again beside the gusts."""
-    kept = [pair for pair in zip(fit.formulas, fit.values, strict=True) if pair[0].effect in _AIR]
-    return refitted(problem, [formula for formula, _ in kept], tuple(values for _, values in kept))
+    if lasting > _LASTING * free.gains.sum() or closed < _AIRY * float(free.gains.sum()):
+        return None
+    kept = [pair for pair in zip(fit.formulas, fit.values, strict=True) if pair[0].effect not in _LIKE_WIND]
+    if len(kept) < len(fit.formulas):
+        still = refitted(problem, [formula for formula, _ in kept], tuple(values for _, values in kept))
+        series = wind_series(problem, still.residual, still.settings)
+        if series is not None and still.loss.sum() - series.gains.sum() < fit.loss.sum() - left + LEAST_GAIN:
+            return series, still
+    return with_all, fit
 
 
 def _trials(fit: Fit, bank: Sequence[Formula]) -> list[Fit]:
@@ -168,9 +172,10 @@ def _clearly(worse: Fit, better: Fit) -> bool:
 
 
 def _worth(before: Fit, after: Fit, start: Fit) -> bool:
-    gains = before.loss - after.loss
-    power = start.loss.sum() - before.problem.worth * start.residual.size
-    return significant(gains) and bool(gains.sum() > _LEAST_SHARE * max(power, 0.0))
+    squares = [fit.squares[:, 0].sum() for fit in (start, before, after)]
+    noise = len(start.residual) * float((start.problem.sigma[0] ** 2).sum())
+    power = max(float(squares[0]) - noise, 0.0)
+    return significant(before.loss - after.loss) and bool(squares[1] - squares[2] > _LEAST_SHARE * power)
 
 
 def _pruned(fit: Fit, start: Fit) -> Fit:

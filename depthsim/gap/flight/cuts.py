@@ -23,7 +23,7 @@ def cuts(
 ) -> tuple[Cut, ...]:
     """The axes in the order of ``learned``. residual: (n, A) [m/s²]; noise: (A,)."""
     axes = {axis.name: axis for axis in axes_of(state)}
-    found = []
+    found: list[Cut] = []
     for one in learned:
         if one.closed < _LEAST or len(found) == _MOST:
             continue

@@ -197,7 +197,7 @@ def _vertical(s: Settings, v: Values) -> Settings:
 
 def _ground() -> list[Formula]:
     def bennett(s: Settings, v: Values) -> Settings:
-        return replace(s, ground=GroundEffect(law="cheeseman_bennett", strength=v[0]))
+        return replace(s, ground=GroundEffect(law="cheeseman_bennett", strength=v[0], height=0.3))
 
     def exponential(s: Settings, v: Values) -> Settings:
         return replace(s, ground=GroundEffect(law="exponential", strength=v[0], height=max(v[1], 1e-3)))

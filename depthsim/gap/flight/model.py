@@ -64,7 +64,9 @@ class Model:
             if any(s.wind):
                 air = air - np.einsum("nji,j->ni", record.rotations, np.array(s.wind))
             for code, parameters in laws.values():
-                out += drag_force(code, parameters, self.vehicle.rotor_positions, air, record.log.rates, thrusts)
+                out += drag_force(
+                    code, np.asarray(parameters), self.vehicle.rotor_positions, air, record.log.rates, thrusts
+                )
         if s.ground is not None and record.log.position is not None:
             factor = s.ground.factors(self.rotor_heights(record), self.vehicle.rotors.radius)
             out[:, 2] += (thrusts * factor).sum(axis=1)

@@ -23,7 +23,7 @@ def noise_levels(raw: Floats, rate: float) -> Floats:
     window = np.hanning(count)
     spectrum = np.abs(np.fft.rfft((raw - raw.mean(axis=0)) * window[:, None], axis=0)) ** 2
     density = 2 * spectrum / (rate * (window**2).sum())
-    frequencies = np.fft.rfftfreq(count, 1 / rate)
+    frequencies = np.asarray(np.fft.rfftfreq(count, 1 / rate), np.float64)
     edges = np.linspace(_FROM, min(_TO, 0.45 * rate), _BANDS + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
     shapes = _shapes(middle, rate)

@@ -81,7 +81,8 @@ class Problem:
 
     def noise(self, s: Settings) -> Floats:
         """(C, A) what of the residual under these settings is noise [m/s²], by its spectrum."""
-        squares, seconds = 0.0, 0.0
+        squares: Floats = np.zeros(1)
+        seconds = 0.0
         for part in self.records.parts:
             inside = slice(part.rows[0], part.rows[-1] + 1)
             raw = [
@@ -89,7 +90,8 @@ class Problem:
                 for seen, expected in zip(part.raw, self.model.unfiltered(part, s), strict=True)
             ]
             levels = np.stack([noise_levels(channel, part.rate) for channel in raw])
-            squares, seconds = squares + part.seconds * levels**2, seconds + part.seconds
+            squares = squares + part.seconds * levels**2
+            seconds += part.seconds
         return np.asarray(np.sqrt(squares / seconds))[:, list(self.records.axes)]
 
 
@@ -97,10 +99,11 @@ def make_problem(records: Records, model: Model, base: Settings) -> Problem:
     """Lay the blocks and find the noise."""
     axes = list(records.axes)
     measured = np.concatenate([np.moveaxis(part.measured, 0, 1)[..., axes] for part in records.parts])
-    blocks, folds = [], []
+    blocks: list[NDArray[np.int_]] = []
+    folds: list[NDArray[np.int_]] = []
     for part in records.parts:
         count = max(round(part.seconds / _BLOCK), 2)
-        blocks.append(contiguous(len(part), count) + sum(map(len, folds)))
+        blocks.append(contiguous(len(part), count) + sum(len(fold) for fold in folds))
         folds.append(contiguous(count, _FOLDS))
     rows = np.concatenate(blocks)
     starts = np.flatnonzero(np.diff(rows, prepend=-1))

@@ -5,7 +5,7 @@ from pathlib import Path
 from depthsim.gap.flight import words
 from depthsim.gap.flight.flown import Flown
 from depthsim.gap.flight.pictures import axes_png, time_png
-from depthsim.gap.page import Bar, Page, Tone
+from depthsim.gap.page import Bar, Cell, Page, Tone
 from depthsim.runs.storing import make_folder, write_whole
 
 VEHICLE, PAGE = "vehicle.yaml", "index.html"
@@ -56,7 +56,7 @@ def _causes(page: Page, flown: Flown) -> None:
     if not flown.diagnosis.causes:
         return
     page.section("Causes, the one to act on first")
-    rows = []
+    rows: list[list[Cell]] = []
     for cause in flown.diagnosis.causes:
         low, high = cause.ci95_closed
         others = ", ".join(cause.indistinguishable_from) or "-"
@@ -70,7 +70,7 @@ def _where(page: Page, flown: Flown) -> None:
     page.section("Where the forces differ")
     diagnosis = flown.diagnosis
     if diagnosis.where:
-        rows = [
+        rows: list[list[Cell]] = [
             [cut.axis.replace("_", " "), words.place(cut), Bar(cut.share_of_gap), cut.what, cut.text]
             for cut in diagnosis.where
         ]
