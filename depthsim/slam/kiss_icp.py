@@ -1,6 +1,8 @@
 """kiss-icp: point-to-point ICP of each cloud against a local map (Vizzo et al., RA-L 2023), by the authors' package.
 
 Made for lidar: the settings below scale it down to a room. Nothing is deskewed, as a D435 has a global shutter.
+Where the first frame sees much free space, as in our office, it stays behind for the first five frames or so, whatever
+the settings, and follows without drift from then on: ATE shows that offset, drift does not.
 """
 
 from collections.abc import Iterator
@@ -15,9 +17,9 @@ from depthsim.slam.systems import DEPTH_MAX
 
 VOXEL = 0.05
 """[m] Its default is a hundredth of the range, which is 0.08 m."""
-FIRST_THRESHOLD = 0.5
+FIRST_THRESHOLD = 0.1
 """[m] Of correspondences at the start; 2 m by default, for cars."""
-LEAST_MOTION = 0.05
+LEAST_MOTION = 0.01
 """[m] A deviation from constant velocity that counts; 0.1 m by default."""
 
 

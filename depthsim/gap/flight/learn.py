@@ -36,6 +36,8 @@ def learn(problem: Problem, residual: Floats, axis: Axis, state: State, noise: F
     """A ridge regression on the axis' columns. residual: (n, A) of the first channel. noise: (A,)."""
     columns = axis.columns(state)[:, list(problem.records.axes)]
     columns = columns[:, :, np.abs(columns).max(axis=(0, 1)) > 1e-9]
+    if not columns.shape[2]:  # such as the altitude, where only the lateral force is known
+        return _learned(problem, residual, residual, axis.name, axis.simple, noise)
     scale = np.sqrt((columns**2).mean(axis=(0, 1)))
     columns = columns / scale
     weights = problem.weights[0]
