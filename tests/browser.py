@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, Page
 
 WHY_NOT = missing()
-PATIENCE = 90.0
+PATIENCE = 300.0
 """[s] A busy machine may take long to draw by software; nothing here depends on how long it takes."""
 CAMERA = Camera(name="small", width=64, height=48, fx=60, fy=60, cx=31.5, cy=23.5, baseline=0.05, rate=10)
 

@@ -53,5 +53,6 @@ def test_case(number: int, tmp_path: Path) -> None:
         case "c":
             assert true & set(told)
         case "d":
-            assert set(told) <= ({"material_noise"} if off else set())
+            # With m a little off there is a gap, which another law of the noise may explain as well.
+            assert set(told) <= ({"material_noise", "disparity_noise"} if off else set())
             assert off or found.verdict == "no_gap"

@@ -163,7 +163,7 @@ def test_killed_at_20_random_moments_and_resumed(room: Path, tmp_path: Path) -> 
 
 
 def test_ctrl_c_keeps_whole_frames_and_says_so(room: Path, tmp_path: Path) -> None:
-    path = "circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward,laps=20"
+    path = "circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward,laps=200"
     command = [
         sys.executable,
         "-m",
