@@ -169,6 +169,8 @@ class Vehicle(_Part):
         for name in ("more_drag", "measurement"):
             if keys[name] == Vehicle.model_fields[name].get_default(call_default_factory=True) or not keys[name]:
                 del keys[name]
+        if keys["rotors"]["thrust_scale"] == 1:
+            del keys["rotors"]["thrust_scale"]
         return yaml.safe_dump(keys, sort_keys=False, allow_unicode=True, width=110, default_flow_style=None)
 
 

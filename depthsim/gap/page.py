@@ -159,9 +159,9 @@ td{border-bottom:1px solid var(--line);padding:7px 10px 7px 0;vertical-align:top
 tr:last-child td{border-bottom:0}
 .n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
 .bar{display:flex;align-items:center;gap:8px;min-width:150px}
-.bar i{flex:1;height:9px;background:#e6ebf1;border-radius:5px;overflow:hidden}
+.bar i{flex:1 0 64px;height:9px;background:#e6ebf1;border-radius:5px;overflow:hidden}
 .bar em{display:block;height:100%;background:var(--accent)}
-.bar span{min-width:44px;font-variant-numeric:tabular-nums}
+.bar span{min-width:44px;white-space:nowrap;font-variant-numeric:tabular-nums}
 pre{background:var(--ground);border:1px solid var(--line);border-radius:6px;padding:10px 12px;overflow-x:auto;
 font:13.5px/1.45 ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;margin:0 0 12px}
 @media print{body{background:#fff;font-size:11pt}main{max-width:none;padding:0}

@@ -24,9 +24,8 @@ def causes_of(problem: Problem, choice: Choice, floor: float, seed: int) -> tupl
     draws = [_rms(problem, squares, weights) for _, squares in ladder]
     found = []
     for step, (index, _) in enumerate(ladder[1:], start=1):
-        closed = _share(rms[step - 1], rms[step], rms[0], floor)
-        spread = (draws[step - 1] - draws[step]) / np.maximum(draws[0] - floor, 1e-9)
-        interval = _pair(percentile95(np.clip(spread, -1.0, 1.0)))
+        closed = float(_portion(rms, step, floor))
+        interval = _pair(percentile95(_portion(draws, step, floor)))
         if index is None:
             found.append(_gust_cause(problem, choice, closed, interval))
             continue
@@ -59,14 +58,11 @@ def _ladder(choice: Choice) -> list[tuple[int | None, Floats]]:
     """Squared residuals (B,) of the first channel with one cause more each time, the strongest first."""
     fit = choice.fit
     count = len(fit.formulas)
-    order: list[int | None] = []
-    if count:
-        losses = [without(fit, index).loss.sum() for index in range(count)] if count > 1 else [np.inf]
-        order = [int(index) for index in np.argsort(losses)[::-1]]
+    lost = [_first(without(fit, index)).sum() for index in range(count)] if count > 1 else [0.0] * count
+    order: list[int | None] = [int(index) for index in np.argsort(lost, kind="stable")[::-1]]
     if choice.gusts is not None:
-        gain = float(choice.gusts.gains.sum())
-        at = sum(1 for index in order if index is not None and losses[index] - fit.loss.sum() > gain)
-        order.insert(at, None)
+        gusty = float(((fit.held_out[:, 0] + choice.gusts.predicted[:, 0]) ** 2).sum())
+        order.insert(sum(1 for index in order if index is not None and lost[index] > gusty), None)
     found: list[tuple[int | None, Floats]] = [(None, _first(choice.start))]
     taken: list[int] = []
     calm = False
@@ -99,13 +95,18 @@ def closed_interval(problem: Problem, choice: Choice, floor: float, seed: int) -
     return _pair(percentile95(np.clip((before - after) / np.maximum(before - floor, 1e-9), -1.0, 1.0)))
 
 
+def _portion(rms: Sequence[Any], step: int, floor: float) -> Any:
+    """What one of several causes closes: its part of the power, as a part of what all of them close.
+
+    Of two equal forces the first to go would lower an RMS by less than the second; shares of power are alike.
+    """
+    power = (rms[step - 1] ** 2 - rms[step] ** 2) / np.maximum(rms[0] ** 2 - rms[-1] ** 2, 1e-12)
+    return np.clip(power * (rms[0] - rms[-1]) / np.maximum(rms[0] - floor, 1e-9), -1.0, 1.0)
+
+
 def closed_share(before: float, after: float, floor: float) -> float:
     """(before - after) / (before - floor)."""
-    return _share(before, after, before, floor)
-
-
-def _share(one: float, other: float, before: float, floor: float) -> float:
-    return float(np.clip((one - other) / max(before - floor, 1e-9), -1.0, 1.0))
+    return float(np.clip((before - after) / max(before - floor, 1e-9), -1.0, 1.0))
 
 
 def _named(formula: Any, values: Sequence[float], problem: Problem) -> dict[str, Any]:
