@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from shapes import as_scene, box, quad
 
 from depthsim.camera import Camera
-from depthsim.gap import fingerprint
+from depthsim.gap import counting, fingerprint
 from depthsim.gap.covariates import covariates
 from depthsim.gap.distance import Ruler
 from depthsim.gap.evidence import choose_frames
@@ -94,16 +94,20 @@ def test_edges_are_found_on_both_sides() -> None:
 
 def _count(units: NDArray[np.uint16], clean: NDArray[np.float32], kind: int) -> NDArray[np.uint32]:
     pixels, width = units.size, units.shape[1]
-    error, valid = np.empty(pixels, np.float32), np.empty(pixels, np.uint8)
-    flat = clean.reshape(-1)
-    per_spread = np.full(pixels, 100, np.float32)
-    fingerprint.errors(units.reshape(-1), np.float32(0.001), flat, per_spread, error, valid)
-    counts = np.zeros(int(fingerprint.BINS[kind]), np.uint32)
-    fingerprint.count(
-        units.reshape(-1), np.float32(0.001), flat, np.zeros(pixels, np.float32), np.float32(20), width, error, valid,
-        np.empty(0, np.float32), np.empty(0, np.uint8), 0, 1, np.zeros((pixels, 1), np.uint16),
-        np.array([kind]), np.array([0]), counts,
-    )  # fmt: skip
+    error, coarse = np.empty(pixels, np.float32), np.empty(pixels, np.uint8)
+    flat, unit = clean.reshape(-1), np.float32(0.001)
+    per_spread, across = np.full(pixels, 100, np.float32), np.zeros(pixels, np.float32)
+    fingerprint.errors(units.reshape(-1), unit, flat, per_spread, error, coarse)
+    bins = np.zeros((len(fingerprint.BINS), pixels), np.uint8)
+    fingerprint.codes(
+        units.reshape(-1), unit, flat, across, np.float32(20), width, error, coarse, np.empty(0, np.uint8), 0, 1, bins
+    )
+    kinds, offsets, size = np.array([kind]), np.array([0]), int(fingerprint.BINS[kind])
+    rows, cells = np.arange(units.shape[0]), np.zeros((1, pixels), np.uint16)
+    where = counting.places(cells, kinds, offsets, size, rows=rows, across=across, follows=False)
+    counts = np.zeros(size + counting.SPARE, np.uint32)
+    counting.count(bins, kinds, where, counts)
+    counts = counts[:size]
     return counts
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.errors import InputError
-from depthsim.gap import fingerprint
+from depthsim.gap import counting, fingerprint
 from depthsim.gap.covariates import Covariates, covariates
 from depthsim.gap.views import Cuts, View, frame_cells, layout, make_cuts, make_views
 from depthsim.materials import Materials
@@ -44,7 +44,7 @@ class _Still:
     geometry: Geometry
     across: NDArray[np.float32]
     per_spread: NDArray[np.float32]
-    cells: NDArray[np.uint16]
+    places: NDArray[np.unsignedinteger]
 
 
 def choose_frames(count: int, pixels: int) -> list[NDArray[np.int64]]:
@@ -86,8 +86,7 @@ class Evidence:
         if len(self.blocks) < 2:
             raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to judge", "give 2 or more")
         self.stills: dict[int, _Still] = {}
-        self.cuts, self.views = self._look(like)
-        self.kinds, self.offsets, self.size = layout(self.views)
+        self._look(like)
         self.real: dict[int, Counts] = {}
         self._count_real()
 
@@ -126,7 +125,7 @@ class Evidence:
     def recount(
         self, block: int, pictures: Iterable[NDArray[np.uint16]], correction: tuple[Any, ...]
     ) -> NDArray[np.float64]:
-        """(size,) counts of pictures, corrected along one view; see :func:`fingerprint.count_corrected`."""
+        """(size,) counts of pictures, corrected along one view; see :func:`counting.count_corrected`."""
         return self._count(block, pictures, correction)
 
     def _measure(self, effects: Sequence[Effect], index: int, seed: int) -> NDArray[np.uint16]:
@@ -163,23 +162,27 @@ class Evidence:
         pictures: Iterable[NDArray[np.uint16]],
         correction: tuple[Any, ...] | None = None,
     ) -> NDArray[Any]:
-        counts = np.zeros(self.size, np.uint32 if correction is None else np.float64)
+        counts = np.zeros(self.size + counting.SPARE, np.uint32 if correction is None else np.float64)
         pixels = self.camera.width * self.camera.height
-        before = np.empty(0, np.float32), np.empty(0, np.uint8)
+        unit, focal_baseline = np.float32(self.camera.depth_scale), np.float32(self.camera.focal_baseline)
+        error, bins = np.empty(pixels, np.float32), np.empty((int(self.kinds.max()) + 1, 0), np.uint8)
+        before = np.empty(0, np.uint8)
         for index, units in zip(self.blocks[block], pictures, strict=True):
-            still = self.stills[int(index)]
-            error, valid = np.empty(pixels, np.float32), np.empty(pixels, np.uint8)
+            still, coarse = self.stills[int(index)], np.empty(pixels, np.uint8)
             raw, clean = units.reshape(-1), still.geometry.depth.reshape(-1)
-            unit = np.float32(self.camera.depth_scale)
-            fingerprint.errors(raw, unit, clean, still.per_spread, error, valid)
-            count = fingerprint.count if correction is None else fingerprint.count_corrected
-            count(
-                raw, unit, clean, still.across, np.float32(self.camera.focal_baseline), self.camera.width, error, valid,
-                *before, self._first_row(int(index)), self.stride, still.cells, self.kinds, self.offsets, counts,
-                *(correction or ()),
+            if bins.shape[1] != still.places.shape[1]:
+                bins = np.zeros((len(bins), still.places.shape[1]), np.uint8)
+            fingerprint.errors(raw, unit, clean, still.per_spread, error, coarse)
+            fingerprint.codes(
+                raw, unit, clean, still.across, focal_baseline, self.camera.width, error, coarse, before,
+                self._first_row(int(index)), self.stride, bins,
             )  # fmt: skip
-            before = error, valid
-        return counts
+            if correction is None:
+                counting.count(bins, self.kinds, still.places, counts)
+            else:
+                counting.count_corrected(bins, self.kinds, still.places, counts, *correction)
+            before = coarse
+        return counts[: self.size]
 
     def _count_real(self) -> None:
         def one(block: int) -> Counts:
@@ -195,7 +198,10 @@ class Evidence:
         with ThreadPoolExecutor(self.threads) as pool:
             return list(pool.map(work, blocks))
 
-    def _look(self, like: "Evidence | None") -> tuple[Cuts, list[View]]:
+    cuts: Cuts
+    views: list[View]
+
+    def _look(self, like: "Evidence | None") -> None:
         """Cast every frame, and cut the axes."""
         frames = [int(i) for block in self.blocks for i in block]
 
@@ -216,7 +222,9 @@ class Evidence:
         cuts = make_cuts(self.camera, self.scene.tags, sample, self.run.stamps, np.array(frames), regions)
         if like is not None:
             cuts = replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times)
-        views = make_views(cuts)
+        self.cuts, self.views = cuts, make_views(cuts)
+        self.kinds, self.offsets, self.size = layout(self.views)
+        first_of_block = {int(block[0]) for block in self.blocks}
         for index in frames:
             met, found = looked[index]
             self.stills[index] = _Still(
@@ -230,10 +238,13 @@ class Evidence:
             still, found = self.stills[index], looked.pop(index)[1]
             still.per_spread = cuts.per_spread(found.depth, found.tag).reshape(-1)
             rows = slice(self._first_row(index), None, self.stride)
-            still.cells = frame_cells(views, cuts, found, index, self.run.mask(index), rows)
+            cells = frame_cells(self.views, cuts, found, index, self.run.mask(index), rows)
+            still.places = counting.places(
+                cells, self.kinds, self.offsets, self.size, rows=np.arange(self.camera.height)[rows],
+                across=found.across[rows].reshape(-1), follows=index not in first_of_block,
+            )  # fmt: skip
 
         self.each(cut, frames)
-        return cuts, views
 
     def region_name(self, region: int) -> str:
         """A region of the scene in words: what it is made of and where it lies."""

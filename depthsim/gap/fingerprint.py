@@ -8,11 +8,11 @@ between two fingerprints needs no weights, and least squares on them is close to
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
-from depthsim.kernels import inlined, kernel
+from depthsim.kernels import kernel
 
 _f = np.float32
-NO_CELL = np.uint16(65535)
 ERROR, LEFT, UP, FAR_LEFT, FAR_UP, BEFORE, ACROSS, PHASE = range(8)
 """What is counted in a view's cells; PHASE + k is the fraction of the disparity in steps of STEPS[k]."""
 STEPS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
@@ -25,127 +25,112 @@ _MIXES = np.array([-0.3, -0.1, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1], np.float32)
 _PHASES = 12
 BINS = np.array([35, 26, 26, 28, 28, 28, 10] + [_PHASES + 1] * len(STEPS), np.int64)
 """How many bins each kind of histogram has."""
-_LAG_LEFT, _LAG_UP = 5, 4
+LAG_LEFT, LAG_UP = 5, 4
+"""How far off [px] the pixel lies that FAR_LEFT and FAR_UP compare with."""
+_HALF = _f(0.70710677)
+_NO_MEASUREMENT = 5
 
 
-@inlined
-def _signed_bin(value, thresholds):
-    """0 … 2·len + 1: from the largest negative to the largest positive; what is not a number counts as 0."""
-    size = abs(value)
-    k = 0
-    for threshold in thresholds:
-        k += 1 if size > threshold else 0
-    count = thresholds.size
-    return count + 1 + k if value > _f(0) else count - k
+def _signed(sizes: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Thresholds on both sides of zero; a value on one of them falls into the bin nearer to zero."""
+    return np.concatenate([np.nextafter(-sizes[::-1], _f(-np.inf)), np.zeros(1, np.float32), sizes])
 
 
-@inlined
-def _coarse(e):
-    return 0 if e < _f(-1) else (1 if e < _f(-0.3) else (2 if e <= _f(0.3) else (3 if e <= _f(1) else 4)))
-
-
-@inlined
-def _pair(a, valid_a, b, valid_b):
-    if valid_a and valid_b:
-        return _coarse(a) * 5 + _coarse(b)
-    return 25 if valid_a else (26 if valid_b else 27)
-
-
-@inlined
-def _difference(a, raw_a, b, raw_b):
-    if raw_a > 0 and raw_b > 0:
-        return 22 if raw_a == raw_b else _signed_bin((a - b) * _f(0.70710677), _DIFFERENCES)
-    return 23 if raw_a > 0 else (24 if raw_b > 0 else 25)
+_ERRORS, _APART = _signed(MAGNITUDES), _signed(_DIFFERENCES)
+_COARSE = _signed(np.array([0.3, 1], np.float32))[[0, 1, 3, 4]]
 
 
 @kernel
-def errors(units, unit, clean, per_spread, error, valid):  # noqa: ANN201 - numba
-    """error = (measured - clean) · per_spread, and whether there is a measurement; flat arrays."""
+def errors(units, unit, clean, per_spread, error, coarse):  # noqa: ANN201 - numba
+    """error = (measured - clean) · per_spread, and its bin of five, or 5 where nothing is measured; flat arrays."""
     for i in range(units.size):
-        ok = units[i] > 0 and units[i] < 65535 and clean[i] > _f(0)
-        valid[i] = 1 if ok else 0
-        error[i] = (_f(units[i]) * unit - clean[i]) * per_spread[i] if ok else _f(0)
-
-
-@inlined
-def _find_bins(
-    i, units, unit, clean, across, focal_baseline, width, error, valid, error_before, valid_before, bins
-):  # fmt: skip
-    """The bin of one pixel in each kind of histogram; -1 where it has none."""
-    u, v = i % width, i // width
-    raw, e, ok = units[i], error[i], valid[i] > 0
-    if clean[i] == _f(0):
-        bins[0] = 34 if raw > 0 else 32
-    else:
-        bins[0] = 32 if raw == 0 else (33 if raw == 65535 else _signed_bin(e, MAGNITUDES))
-    bins[1] = _difference(e, raw, error[i - 1], units[i - 1]) if u > 0 else -1
-    bins[2] = _difference(e, raw, error[i - width], units[i - width]) if v > 0 else -1
-    bins[3] = _pair(e, ok, error[i - _LAG_LEFT], valid[i - _LAG_LEFT] > 0) if u >= _LAG_LEFT else -1
-    bins[4] = _pair(e, ok, error[i - _LAG_UP * width], valid[i - _LAG_UP * width] > 0) if v >= _LAG_UP else -1
-    bins[5] = _pair(e, ok, error_before[i], valid_before[i] > 0) if error_before.size > 0 else -1
-    bins[6] = -1
-    if across[i] > _f(0):
-        bins[6] = 9
-        if ok:
-            share = (_f(raw) * unit - clean[i]) / (across[i] - clean[i])
-            k = 0
-            for threshold in _MIXES:
-                k += 1 if share > threshold else 0
-            bins[6] = k
-    disparity = focal_baseline / (_f(raw) * unit) if ok else _f(0)
-    for k in range(_STEPS.size):
-        steps = disparity / _STEPS[k]
-        bins[7 + k] = min(np.int64((steps - np.floor(steps)) * _f(_PHASES)), _PHASES) if ok else _PHASES
+        ok = (units[i] > 0) & (units[i] < 65535) & (clean[i] > _f(0))
+        e = (_f(units[i]) * unit - clean[i]) * per_spread[i] if ok else _f(0)
+        error[i] = e
+        k = np.uint8(e > _COARSE[0]) + np.uint8(e > _COARSE[1]) + np.uint8(e > _COARSE[2]) + np.uint8(e > _COARSE[3])
+        coarse[i] = k if ok else np.uint8(_NO_MEASUREMENT)
 
 
 @kernel
-def count(  # noqa: ANN201 - numba
-    units, unit, clean, across, focal_baseline, width, error, valid, error_before, valid_before, first, stride, cells,
-    kinds, offsets, counts,
-):  # fmt: skip
-    """Add every ``stride``-th row of a frame, from row ``first`` on, to ``counts``.
-
-    cells: (pixels of those rows, views); error_before is empty where there is no frame before.
-    """
-    bins = np.zeros(13, np.int64)
-    for k in range(cells.shape[0]):
-        i = (first + k // width * stride) * width + k % width
-        _find_bins(
-            i, units, unit, clean, across, focal_baseline, width, error, valid, error_before, valid_before, bins
-        )  # fmt: skip
-        for w in range(kinds.size):
-            cell, found = cells[k, w], bins[kinds[w]]
-            if cell != NO_CELL and found >= 0:
-                counts[offsets[w] + np.int64(cell) * BINS[kinds[w]] + found] += np.uint32(1)
+def _rank(values, thresholds, out):
+    """How many thresholds each value is above. One pass a threshold: the inner loop is what the compiler widens."""
+    out[:] = 0
+    for threshold in thresholds:
+        for u in range(values.size):
+            out[u] += np.uint8(values[u] > threshold)
 
 
 @kernel
-def count_corrected(  # noqa: ANN201 - numba
-    units, unit, clean, across, focal_baseline, width, error, valid, error_before, valid_before, first, stride, cells,
-    kinds, offsets, counts, view, ratio, excess, most,
-):  # fmt: skip
-    """As :func:`count`, corrected along one view; counts are float64.
+def _error(e, raw, true, out):
+    _rank(e, _ERRORS, out)
+    for u in range(e.size):
+        found = np.uint8(32) if raw[u] == 0 else (np.uint8(33) if raw[u] == 65535 else out[u])
+        out[u] = found if true[u] > _f(0) else (np.uint8(34) if raw[u] > 0 else np.uint8(32))
 
-    Each pixel has the weight ``ratio`` of its bin there; ``excess`` is the share of the bins that the simulator
-    (almost) never fills, which no weight could bring: every pixel of the cell gets it in the views of the same kind.
-    most: (cells,) the number of such bins.
+
+@kernel
+def _across(raw, unit, true, beyond, coarse, by, out):
+    for u in range(raw.size):
+        by[u] = (_f(raw[u]) * unit - true[u]) / (beyond[u] - true[u])
+    _rank(by, _MIXES, out)
+    for u in range(raw.size):
+        out[u] = out[u] if coarse[u] < _NO_MEASUREMENT else np.uint8(9)
+
+
+@kernel
+def _phase(disparity, per_step, coarse, out):
+    for u in range(disparity.size):
+        steps = disparity[u] * per_step
+        phase = np.uint8(np.int32((steps - np.floor(steps)) * _f(_PHASES)))
+        out[u] = phase if coarse[u] < _NO_MEASUREMENT else np.uint8(_PHASES)
+
+
+@kernel
+def _difference(e, raw, other_e, other_raw, by, out):
+    for u in range(e.size):
+        by[u] = (e[u] - other_e[u]) * _HALF
+    _rank(by[: e.size], _APART, out)
+    for u in range(e.size):
+        here, there = raw[u] > 0, other_raw[u] > 0
+        found = np.uint8(22) if raw[u] == other_raw[u] else out[u]
+        lost = np.uint8(23) if here else (np.uint8(24) if there else np.uint8(25))
+        out[u] = found if here & there else lost
+
+
+@kernel
+def _pair(one, other, out):
+    for u in range(one.size):
+        a, b = one[u], other[u]
+        lost = np.uint8(25) if a < 5 else (np.uint8(26) if b < 5 else np.uint8(27))
+        out[u] = np.uint8(a * np.uint8(5) + b) if (a < 5) & (b < 5) else lost
+
+
+@kernel
+def codes(  # noqa: ANN201 - numba
+    units, unit, clean, across, focal_baseline, width, error, coarse, coarse_before, first, stride, out
+):  # fmt: skip
+    """The bin of each pixel in each kind of histogram, for every ``stride``-th row from row ``first`` on.
+
+    out: (kinds, pixels of those rows) uint8. What has no bin, such as the difference from a neighbour beyond the
+    border, is left as it is: :func:`depthsim.gap.counting.places` sees to it that it is counted nowhere.
+    coarse_before is empty where there is no frame before.
     """
-    bins = np.zeros(13, np.int64)
-    many = BINS[kinds[view]]
-    for k in range(cells.shape[0]):
-        i = (first + k // width * stride) * width + k % width
-        _find_bins(
-            i, units, unit, clean, across, focal_baseline, width, error, valid, error_before, valid_before, bins
-        )  # fmt: skip
-        own, found = cells[k, view], bins[kinds[view]]
-        weight, extra = 1.0, False
-        if own != NO_CELL and found >= 0:
-            weight, extra = ratio[np.int64(own) * many + found], most[own] > 0
-        for w in range(kinds.size):
-            cell, found = cells[k, w], bins[kinds[w]]
-            if cell != NO_CELL and found >= 0:
-                at = offsets[w] + np.int64(cell) * BINS[kinds[w]]
-                counts[at + found] += weight
-                if extra and kinds[w] == kinds[view]:
-                    for b in range(many):
-                        counts[at + b] += excess[np.int64(own) * many + b]
+    by = np.empty(width, np.float32)
+    for row in range(out.shape[1] // width):
+        v = first + row * stride
+        begin, end, at, till = v * width, (v + 1) * width, row * width, (row + 1) * width
+        e, raw, true, c = error[begin:end], units[begin:end], clean[begin:end], coarse[begin:end]
+        _error(e, raw, true, out[0, at:till])
+        _difference(e[1:], raw[1:], e[:-1], raw[:-1], by, out[1, at + 1 : till])
+        if v >= 1:
+            _difference(e, raw, error[begin - width : begin], units[begin - width : begin], by, out[2, at:till])
+        _pair(c[LAG_LEFT:], c[:-LAG_LEFT], out[3, at + LAG_LEFT : till])
+        if v >= LAG_UP:
+            _pair(c, coarse[begin - LAG_UP * width : end - LAG_UP * width], out[4, at:till])
+        if coarse_before.size > 0:
+            _pair(c, coarse_before[begin:end], out[5, at:till])
+        _across(raw, unit, true, across[begin:end], c, by, out[6, at:till])
+        for u in range(width):
+            by[u] = focal_baseline / (_f(raw[u]) * unit)
+        for k in range(_STEPS.size):
+            _phase(by, _f(1) / _STEPS[k], c, out[7 + k, at:till])

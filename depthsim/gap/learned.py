@@ -56,7 +56,7 @@ def _closes(
 
 
 def _correction(evidence: Evidence, number: int, real: Floats, simulated: Floats) -> tuple[object, ...]:
-    """What :func:`fingerprint.count_corrected` needs: how much commoner each bin is in the recording, cell by cell."""
+    """What :func:`counting.count_corrected` needs: how much commoner each bin is in the recording, cell by cell."""
     view = evidence.views[number]
     bins = int(fingerprint.BINS[view.kind])
     begin = int(evidence.offsets[number])
@@ -71,4 +71,4 @@ def _correction(evidence: Evidence, number: int, real: Floats, simulated: Floats
     excess = np.maximum(share_a - ratio * share_b, 0)
     excess[excess < 1e-5] = 0
     most = (excess > 0).sum(axis=1)
-    return number, ratio.reshape(-1), excess.reshape(-1), most
+    return number, begin, ratio.reshape(-1), excess.reshape(-1), most

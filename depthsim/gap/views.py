@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.gap.counting import NO_CELL
 from depthsim.gap.covariates import EDGE_CODES, Covariates
 from depthsim.gap.fingerprint import (
     ACROSS,
@@ -16,7 +17,6 @@ from depthsim.gap.fingerprint import (
     FAR_LEFT,
     FAR_UP,
     LEFT,
-    NO_CELL,
     PHASE,
     STEPS,
     UP,
@@ -264,12 +264,12 @@ def make_views(cuts: Cuts) -> list[View]:
 def frame_cells(
     views: list[View], cuts: Cuts, c: Covariates, frame: int, mask: NDArray[np.bool_] | None, rows: slice
 ) -> NDArray[np.uint16]:
-    """(pixels of ``rows``, views): the cell of each pixel in each view; NO_CELL where it is not counted."""
-    out = np.empty((c.depth[rows].size, len(views)), np.uint16)
+    """(views, pixels of ``rows``): the cell of each pixel in each view; NO_CELL where it is not counted."""
+    out = np.empty((len(views), c.depth[rows].size), np.uint16)
     for w, view in enumerate(views):
         cell = np.asarray(view.cells(cuts, c, frame))
         cell = np.where((cell >= 0) & (cell < view.size), cell, NO_CELL)
-        out[:, w] = (cell if mask is None else np.where(mask, cell, NO_CELL))[rows].reshape(-1)
+        out[w] = (cell if mask is None else np.where(mask, cell, NO_CELL))[rows].reshape(-1)
     return out
 
 
