@@ -164,6 +164,11 @@ def test_killed_at_20_random_moments_and_resumed(room: Path, tmp_path: Path) -> 
 
 def test_ctrl_c_keeps_whole_frames_and_says_so(room: Path, tmp_path: Path) -> None:
     path = "circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward,laps=200"
+
+    def heed_ctrl_c() -> None:
+        # A shell that starts the tests in the background has them, and all that they start, ignore it.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
     command = [
         sys.executable,
         "-m",
@@ -175,11 +180,15 @@ def test_ctrl_c_keeps_whole_frames_and_says_so(room: Path, tmp_path: Path) -> No
         "--out",
         str(tmp_path / "run"),
     ]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while process.poll() is None and not list((tmp_path / "run" / "depth").glob("[0-9]*.png")):
-        time.sleep(0.005)
-    process.send_signal(signal.SIGINT)
-    _, told = process.communicate(timeout=60)
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, preexec_fn=heed_ctrl_c)  # noqa: PLW1509
+    try:
+        while process.poll() is None and not list((tmp_path / "run" / "depth").glob("[0-9]*.png")):
+            time.sleep(0.005)
+        process.send_signal(signal.SIGINT)
+        _, told = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert process.returncode == 130
     assert told.strip().splitlines() == ["stopped; whole frames are kept, and the same command goes on from there"]
     assert not list((tmp_path / "run").rglob("*.tmp"))
