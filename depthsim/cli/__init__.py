@@ -6,6 +6,9 @@ Everything heavy is imported inside the commands, so that `depthsim --help` star
 import os
 import sys
 
+# The threads are ours: those of BLAS would spin beside them. Before numpy is imported, or it is too late.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import typer
 
 from depthsim.cli.diagnose import diagnose
@@ -20,6 +23,7 @@ from depthsim.cli.inspect import inspect
 from depthsim.cli.match import match
 from depthsim.cli.reconstruct import reconstruct
 from depthsim.cli.slam import slam
+from depthsim.cli.sweep import sweep
 from depthsim.cli.view import view
 from depthsim.errors import InputError
 
@@ -35,6 +39,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command()(generate)
+app.command()(sweep)
 app.command()(fly)
 app.command()(inspect)
 app.command()(diagnose)

@@ -66,8 +66,7 @@ class Model:
 
 def loss(target: Floats, found: Floats) -> float:
     """Squared distance of two fingerprints' roots."""
-    difference = target - found
-    return float(difference @ difference)
+    return float(np.square(target - found).sum())
 
 
 def start(hypothesis: Hypothesis, base: Sequence[Effect], target: Floats, roots: Roots) -> Model:
@@ -93,7 +92,9 @@ def refine(model: Model, base: Sequence[Effect], target: Floats, roots: Roots, r
     jacobian = None
     for _ in range(rounds):
         jacobian = _jacobian(model, base, x, here, roots)
-        normal, gradient = jacobian.T @ jacobian, jacobian.T @ (target - here)
+        # By einsum, as BLAS would wake threads of its own for so little, and let them spin beside ours.
+        normal = np.einsum("bi,bj->ij", jacobian, jacobian)
+        gradient = np.einsum("bi,b->i", jacobian, target - here)
         before = least
         for _ in range(3):
             damped = normal + damping * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(x))
