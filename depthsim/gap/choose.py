@@ -32,6 +32,8 @@ it. A true cause closes its own part of the gap; the rest of a misfit is one for
 _TIED, _NEAR, _ALIKE = 0.01, 0.15, 0.3
 """Effects whose closed fractions differ by less than the first are not told apart, however sure the difference; by more
 than the second, or by a larger part than the third of what the better one closes, they are no rivals."""
+_PLIANT = 4
+"""With so many parameters an effect can take up much of what is another's."""
 Say = Callable[[str], None]
 
 
@@ -81,9 +83,11 @@ class Chooser:
     def run(self) -> Choice:
         """One cause after the other, as long as the frames held out support it."""
         model: Model | None = None
-        gap, looked, before = self.before, [], []
+        gap = self.before
+        looked: list[tuple[Candidate, ...]] = []
+        before: list[float] = []
         while (model is None or len(model.parts) < _MOST) and self._left(gap) > 0.005:
-            leaders = self.step(model)
+            leaders = self.step(model, looked[-1] if looked else ())
             looked.append(tuple(leaders))
             before.append(gap)
             if not leaders or not self._supported(gap, leaders, first=model is None):
@@ -94,7 +98,14 @@ class Chooser:
         if model is None:
             return Choice(Model((), np.empty(0)), (), {}, tuple(looked))
         model, ties = self._compare_rivals(model, gap, looked, before)
-        return Choice(model, self._shares(model), ties, tuple(looked))
+        shares = self._shares(model)
+        while len(shares) > 1 and min(shares) < _OF_ALL * (self.before - self.floor):
+            least = int(np.argmin(shares))
+            self.say(f"{model.parts[least].effect} closes next to nothing")
+            ties.pop(model.parts[least].effect, None)
+            model = self.fit(model.less(least), 3)
+            shares = self._shares(model)
+        return Choice(model, shares, ties, tuple(looked))
 
     def _supported(self, before: float, leaders: Sequence[Candidate], first: bool) -> bool:
         """Whether what the first of ``leaders`` closes is enough to name it."""
@@ -134,13 +145,19 @@ class Chooser:
                 taken[k] += gaps[frozenset(order[:place])] - gaps[frozenset(order[: place + 1])]
         return tuple((taken / factorial(count)).tolist())
 
-    def step(self, so_far: Model | None) -> list[Candidate]:
-        """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out."""
+    def step(self, so_far: Model | None, earlier: Sequence[Candidate] = ()) -> list[Candidate]:
+        """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out.
+
+        earlier: the leaders of the step before, of which the first has become part of ``so_far``.
+        """
         found: list[Candidate] = []
         least = np.inf
-        for model in self._screen(so_far)[:_LEADERS]:
+        screened = self._screen(so_far)[:_LEADERS]
+        for model in [*screened, *self._passed_over(screened, so_far, earlier)]:
             self.say(f"fitting {model.parts[-1].effect}")
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished=False)
+            if so_far and (afresh := self._afresh(so_far, model, earlier)) is not None:
+                whole = min(whole, afresh, key=lambda fitted: fitted.loss)
             # One that is far behind after two rounds will not win; what it closes is told as it is.
             if whole.loss < _FAR_BEHIND * least:
                 whole = self.fit(whole, 4)
@@ -151,6 +168,32 @@ class Chooser:
         close = [c for c in found if c.gap - found[0].gap < _TIED * (self.before - self.floor)]
         plainest = min(close, key=lambda candidate: len(candidate.newest.free), default=None)
         return sorted(found, key=lambda candidate: candidate is not plainest)
+
+    def _passed_over(
+        self, screened: Sequence[Model], so_far: Model | None, earlier: Sequence[Candidate]
+    ) -> list[Model]:
+        """Effects that came close in the step before, and now do not, where the first can stand for much."""
+        if so_far is None or not any(map(_is_pliant, so_far.parts)):
+            return []
+        there = {model.parts[-1].effect for model in screened} | {part.effect for part in so_far.parts}
+        close = [c for c in earlier[:4] if c.newest.effect not in there and not c.newest.replaces]
+        return [Model((c.newest,), c.model.split(c.model.x)[-1]) for c in close]
+
+    def _afresh(self, so_far: Model, model: Model, earlier: Sequence[Candidate]) -> Model | None:
+        """``model`` on top of ``so_far``, fitted from where the pliant causes have not yet taken up what is its own.
+
+        An m for each of ten materials comes near to what many another effect does. With those fitted, the true cause
+        has little left to close, and the fit does not find the way back.
+        """
+        if not any(map(_is_pliant, so_far.parts)):
+            return None
+        was = next((c for c in earlier if c.newest == model.parts[-1]), None)
+        begin = Model(model.parts, was.model.split(was.model.x)[-1]) if was else model
+        xs = [
+            part.encode(part.starts[0]) if _is_pliant(part) else x
+            for part, x in zip(so_far.parts, so_far.split(so_far.x), strict=True)
+        ]
+        return self.fit(Model(so_far.parts, np.concatenate(xs)).plus(begin), 3, polished=False)
 
     def fit(self, model: Model, rounds: int, polished: bool = True) -> Model:
         """The model at its best parameters, on the frames for fitting."""
@@ -250,3 +293,8 @@ class Chooser:
             return self._sum(self.evidence.simulate(effects, blocks))
 
         return roots
+
+
+def _is_pliant(hypothesis: Hypothesis) -> bool:
+    """Whether it has so many parameters that it can stand for other effects."""
+    return len(hypothesis.free) >= _PLIANT

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import jensenshannon
 
 from depthsim.errors import InputError
 from depthsim.gap.axes import interval_of, label_of
 from depthsim.gap.diagnose import MEASURE, UNIT
 from depthsim.gap.distance import Ruler
 from depthsim.gap.evidence import Evidence, open_run
-from depthsim.gap.fingerprint import ACROSS, BEFORE, BINS, ERROR, FAR_LEFT, FAR_UP, PHASE
+from depthsim.gap.fingerprint import ACROSS, BINS, ERROR, PHASE
+from depthsim.gap.locate import PAIRS, beyond_each
 from depthsim.gap.moments import Difference, compare
 from depthsim.gap.result import Cut, Diagnosis, Gap, Unexplained
 from depthsim.gap.unknown import place_in_words
@@ -163,8 +163,8 @@ def _where(
             continue
         inside = ruler.view_of_cell == number
         bits = excess[inside] * totals[inside]
-        if view.kind in (FAR_LEFT, FAR_UP, BEFORE):
-            bits = np.minimum(bits, _beyond_each(a, number, x, y) * totals[inside])
+        if view.kind in PAIRS:
+            bits = np.minimum(bits, beyond_each(a, number, x, y) * totals[inside])
         if not bits.any():
             continue
         cells = _part(bits / bits.sum(), ordered=bool(view.unit))
@@ -184,20 +184,6 @@ def _where(
     for _, cut in sorted(found, key=lambda pair: -pair[0]):
         cuts.setdefault(cut.axis, cut)
     return tuple(cuts.values())[:_MOST]
-
-
-def _beyond_each(a: Evidence, number: int, x: Floats, y: Floats) -> Floats:
-    """(cells,) the divergence of pairs of errors beyond what either error alone has [bits]: how they go together.
-
-    Two recordings that differ by a bias differ in their pairs as well, though no error has to do with another.
-    """
-    size, bins, begin = a.views[number].size, int(BINS[a.views[number].kind]), int(a.offsets[number])
-    pairs = [counts[begin : begin + size * bins].reshape(size, bins)[:, :25].reshape(size, 5, 5) for counts in (x, y)]
-    joint, one, other = (
-        jensenshannon(*(p.sum(axis=sums).reshape(size, -1) + 1e-9 for p in pairs), base=2, axis=1) ** 2
-        for sums in ((), (1,), (2,))
-    )
-    return np.maximum(joint - one - other, 0)
 
 
 def _part(shares: Floats, *, ordered: bool, enough: float = 0.7) -> NDArray[np.int64]:

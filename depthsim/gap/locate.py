@@ -7,9 +7,11 @@ gap changes with that axis itself, and with other axes only as they go together 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import jensenshannon
 
 from depthsim.gap import fingerprint
 from depthsim.gap.axes import interval_of, label_of
@@ -28,8 +30,11 @@ _PAIR = 0.05
 """What a pair of axes, or a finer look at one, must explain more."""
 _PAIRED = 2.2
 """Two independent pixels tell twice as much as one. Neighbours that tell more go together in another way."""
+_TOGETHER, _ALSO = 0.5, 0.2
+"""What pairs of errors must tell of their own, over what one error tells, to be the first axis or the second."""
 _UNIFORM = 0.1
 """Where the gap changes along no axis by more than this share of it, neighbours may tell what it is."""
+PAIRS = (fingerprint.FAR_LEFT, fingerprint.FAR_UP, fingerprint.BEFORE)
 _LEARNED = 3
 """For how many axes a correction is learned, besides those of neighbours."""
 
@@ -63,14 +68,19 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
     alone = max((bits[n] for n in errors), default=0.0)
     uniform = max(depends.values(), default=0.0) < _UNIFORM
     pairs.sort(key=lambda n: -bits[n])
-    ahead = [n for n in pairs if bits[n] > _PAIRED * alone or (uniform and bits[n] > alone)]
-    order = [*ahead, *first, *(n for n in pairs if n not in ahead)]
+    own = {n: beyond_each(evidence, n, real, plain) - beyond_each(evidence, n, another, plain) for n in pairs}
+    told = {n: float((o * _pixels(evidence, ruler, n, real)).sum()) for n, o in own.items()}
+    ahead = [
+        n for n in pairs if bits[n] > _PAIRED * alone or (uniform and bits[n] > alone) or told[n] > _TOGETHER * alone
+    ]
+    beside = [n for n in pairs if n not in ahead and told[n] > _ALSO * alone]
+    order = [*ahead, *first[:1], *beside, *first[1:], *(n for n in pairs if n not in (*ahead, *beside))]
     found = []
     for number in order:
         own = excess[ruler.view_of_cell == number]
         if own.any():
             pixels = max(ruler.totals(real)[ruler.view_of_cell == number].sum(), 1)
-            paired = 1.0 if number in ahead else max(closes.get(number, 0.0), 0.0)
+            paired = 1.0 if number in (*ahead, *beside) else max(closes.get(number, 0.0), 0.0)
             value = depends.get(number, paired)
             found.append(Place(number, value, closes.get(number, np.nan), own / own.sum(), float(own.sum() / pixels)))
     return found
@@ -100,6 +110,30 @@ def _changes(evidence: Evidence, number: int, real: Counts, plain: Counts, anoth
 
     (varies, whole), (chance_varies, chance) = parts(a, b), parts(c, b)
     return max(varies - chance_varies, 0.0), max(whole - chance, 0.0)
+
+
+def _pixels(evidence: Evidence, ruler: Ruler, number: int, counts: Counts) -> Floats:
+    """(cells,) the share of each cell in the pixels of a view."""
+    totals = ruler.totals(counts)[ruler.view_of_cell == number]
+    return totals / max(totals.sum(), 1)
+
+
+def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any]) -> Floats:
+    """(cells,) the divergence of pairs of errors beyond what either error alone has [bits]: how they go together.
+
+    Two recordings that differ by a bias differ in their pairs as well, though no error has to do with another. 0 for
+    a view that counts no pairs.
+    """
+    view = evidence.views[number]
+    size, bins, begin = view.size, int(fingerprint.BINS[view.kind]), int(evidence.offsets[number])
+    if view.kind not in PAIRS:
+        return np.zeros(size)
+    pairs = [counts[begin : begin + size * bins].reshape(size, bins)[:, :25].reshape(size, 5, 5) for counts in (x, y)]
+    joint, one, other = (
+        jensenshannon(*(p.sum(axis=sums).reshape(size, -1) + 1e-9 for p in pairs), base=2, axis=1) ** 2
+        for sums in ((), (1,), (2,))
+    )
+    return np.maximum(joint - one - other, 0)
 
 
 def _cost(view: View) -> float:
