@@ -97,6 +97,22 @@ def test_disparity_comes_in_steps(step: float) -> None:
     assert len(np.unique(np.round(whole))) == np.ptp(np.round(true / step)) + 1  # and no step is left out
 
 
+@pytest.mark.parametrize(("origin", "down"), [(0.3, 0.0), (-0.45, 0.0), (0.0, 1.0), (0.25, -1.0), (0.1, 0.5)])
+def test_steps_may_begin_elsewhere_and_be_cut_off(origin: float, down: float) -> None:
+    step = 0.1
+    true, measured = disparities(DisparityQuantization(step=step, origin=origin, down=down))
+    whole = measured / step - origin
+    assert np.abs(whole - np.round(whole)).max() < 1e-4
+    error = (measured - true) / step
+    assert -(1 + down) / 2 - 1e-4 <= error.min() < error.max() <= (1 - down) / 2 + 1e-4
+
+
+def test_what_has_no_depth_gets_none_by_the_steps() -> None:
+    half = Caster(as_scene(quad((-60, -60, 4), (0, 120, 0), (60, 0, 0))))
+    measured = measure(DisparityQuantization(step=0.5, origin=0.4), caster=half)
+    assert np.array_equal(measured.units > 0, measured.clean.depth > 0)
+
+
 def test_what_is_nearer_to_no_disparity_than_to_one_step_has_no_depth() -> None:
     far = Caster(as_scene(wall(50.0)))  # 0.2 px
     assert not measure(DisparityQuantization(step=0.5), caster=far).units.any()

@@ -105,6 +105,23 @@ def test_limits_cut_the_measured_depth(limit: float) -> None:
     assert 0 < (near > 0).mean() < 1 and 0 < (far > 0).mean() < 1
 
 
+@pytest.mark.parametrize("effect", [MinRange(depth=1.7, error=0), MaxRange(depth=1.7, error=0)])
+def test_limits_may_cut_the_true_depth(effect: Effect) -> None:
+    noise = MaterialNoise(floor=0.05)
+    plain, measured = measure(noise), measure(noise, effect)
+    true = plain.clean.depth
+    beyond = true < np.float32(1.7) if isinstance(effect, MinRange) else true > np.float32(1.7)
+    assert np.array_equal(measured.depth, np.where(beyond, 0, plain.depth))
+    assert 0 < beyond.mean() < 1
+
+
+@pytest.mark.parametrize("error", [0.0, 1.0])
+def test_soft_limits_are_logistic(error: float) -> None:
+    measured = measure(MaxRange(depth=1.7, softness=0.2, error=error))
+    chance = 1 / (1 + np.exp(-(measured.clean.depth.astype(np.float64) - 1.7) / 0.2))
+    assert abs(z_score(int((measured.depth == 0).sum()), chance)) < 4
+
+
 def holes(*effects: Effect, **keys: int) -> NDArray[np.bool_]:
     return measure(*effects, **keys).depth == 0
 

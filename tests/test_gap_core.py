@@ -16,6 +16,7 @@ from depthsim.gap.evidence import choose_frames
 from depthsim.gap.hypotheses import Setting, hypotheses
 from depthsim.gap.judge import jackknife
 from depthsim.gap.result import Cause, Cut, Diagnosis, Gap, Unexplained
+from depthsim.gap.steps import _steps_of
 from depthsim.gap.views import View
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
@@ -179,7 +180,7 @@ def test_blocks_are_disjoint_and_span_the_run(count: int, pixels: int) -> None:
 
 
 def test_the_bank_is_the_registry() -> None:
-    setting = Setting(("cement", "wood"), np.linspace(0.5, 5, 10), 3.0, {"cement": 0.35, "wood": 0.5})
+    setting = Setting(("cement", "wood"), np.linspace(0.5, 5, 12), 3.0, {"cement": 0.35, "wood": 0.5})
     base = load_profile("paper").effects
     found = hypotheses(base, setting)
     assert {h.effect for h in found} == set(effect_ids())
@@ -193,7 +194,7 @@ def test_the_bank_is_the_registry() -> None:
 
 @given(st.floats(-1, 2))
 def test_parameters_survive_their_encoding(share: float) -> None:
-    setting = Setting(("cement",), np.linspace(0.5, 5, 10), 3.0, {"cement": 0.35})
+    setting = Setting(("cement",), np.linspace(0.5, 5, 12), 3.0, {"cement": 0.35})
     for hypothesis in hypotheses(load_profile("clean").effects, setting):
         for free in hypothesis.free:
             low, high = free.low, min(free.high, 100.0)
@@ -229,3 +230,19 @@ def test_diagnosis_json_has_the_keys_that_others_read() -> None:
         told["causes"][0]
     )
     assert {"fraction", "where", "description"} <= set(told["unexplained"])
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.02, 0.6), st.floats(-0.5, 0.5), st.integers(0, 2**31))
+def test_steps_are_seen_in_the_spectrum(step: float, origin: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    there = rng.uniform(4, 30, 40_000)
+    noisy = there + rng.normal(0, 0.08, there.size)
+    seen = (np.round(noisy / step - origin) + origin) * step
+    found = _steps_of(seen, there)
+    assert found is not None
+    assert abs(found[0] / step - 1) < 3e-4
+    # 17 px lie between the middle of the disparities and 0, where the origin is told.
+    apart = found[1] - origin
+    assert abs(apart - round(apart)) < 17 * 3e-4 / step + 0.03
+    assert _steps_of(noisy, there) is None

@@ -17,11 +17,12 @@ from depthsim.errors import InputError
 from depthsim.gap.advice import advice_for
 from depthsim.gap.choose import Choice, Chooser
 from depthsim.gap.evidence import Evidence, open_run
-from depthsim.gap.hypotheses import Setting, hypotheses
+from depthsim.gap.hypotheses import RANGES, Setting, hypotheses
 from depthsim.gap.intervals import parameter_intervals
 from depthsim.gap.judge import Judge, Score, closed_interval
 from depthsim.gap.locate import Place, cuts_of, locate
 from depthsim.gap.result import Cause, Cut, Diagnosis, Gap, Unexplained, Verdict
+from depthsim.gap.steps import find_steps
 from depthsim.gap.unknown import best_learned, describe
 from depthsim.materials import Materials, load_materials
 from depthsim.runs import Run
@@ -156,10 +157,10 @@ def remeasure(
 def setting_of(evidence: Evidence) -> Setting:
     """What of the recording decides where fits begin."""
     tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
-    quantiles = np.quantile(evidence.depths, [0, 0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 1]).astype(float)
+    quantiles = np.quantile(evidence.depths, RANGES).astype(float)
     stamps = [still.stamp for still in evidence.stills.values()]
     m = {tag: evidence.materials[tag].m for tag in evidence.scene.tags}
-    return Setting(tags, quantiles, max(stamps) - min(stamps), m)
+    return Setting(tags, quantiles, max(stamps) - min(stamps), m, find_steps(evidence))
 
 
 def _profile(run: Run, sensor: str | Path | Profile | None) -> Profile:

@@ -28,11 +28,14 @@ _VARIANTS: dict[str, tuple[dict[str, float], ...]] = {
     "motion_noise": ({"gain": 0.0}, {"sigma": 0.0}),
     "ambient_light": ({"gain": 0.0}, {"noise": 0.0}),
     "heavy_tails": ({"spread": 0.0}, {}),
-    "min_range": ({"softness": 0.0}, {}),
-    "max_range": ({"softness": 0.0}, {}),
+    "disparity_quantization": ({"origin": 0.0, "down": 0.0}, {"down": 0.0}, {"origin": 0.0}),
+    "min_range": ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0}),
+    "max_range": ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0}),
 }
 """One effect may have several forms; each is a hypothesis of its own with these parameters held."""
 _LOGS = {("heavy_tails", "spread"), ("min_range", "softness"), ("max_range", "softness")}
+_OF_RANGES = 0.08
+"""What part of the spread of the ranges in sight is a change that matters."""
 _LAWS = {"material_noise", "disparity_noise"}
 """The laws of the basic noise, of which a sensor has one: each may stand in place of the other."""
 
@@ -102,18 +105,23 @@ class Hypothesis:
         return np.array([free.encode(value) for free, value in zip(self.free, values, strict=True)])
 
 
+RANGES = (0, 0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 0.985, 0.996, 1)
+
+
 @dataclass(frozen=True)
 class Setting:
     """What of the recording decides where fits begin.
 
-    tags: materials that are seen; ranges: quantiles of the depth [m]; span: time from first to last frame [s].
-    m: m of each tag by the simulator.
+    tags: materials that are seen; ranges: the depth [m] at the shares RANGES of the pixels; span: time from first to
+    last frame [s].
+    m: m of each tag by the simulator. steps: of the disparities, see :func:`depthsim.gap.steps.find_steps`.
     """
 
     tags: tuple[str, ...]
     ranges: NDArray[np.float64]
     span: float
     m: Mapping[str, float]
+    steps: tuple[float, float] | None = None
 
 
 def hypotheses(base: Sequence[Effect], setting: Setting, without: Sequence[str] = ()) -> list[Hypothesis]:
@@ -142,7 +150,11 @@ def _add(name: str, setting: Setting, held: Mapping[str, float], replaces: froze
     for f in free:
         if isinstance(f.key, str):
             fixed.pop(f.key)
-    return Hypothesis(name, free, fixed, _product(grids), replaces)
+    starts = _product(grids)
+    if name == "disparity_quantization" and setting.steps:
+        seen = {"step": setting.steps[0], "origin": setting.steps[1], "down": 1.0}
+        starts = (tuple(seen[str(f.key)] for f in free), *starts)
+    return Hypothesis(name, free, fixed, starts, replaces)
 
 
 def _change(effect: Effect, setting: Setting) -> Hypothesis:
@@ -177,8 +189,13 @@ def _free(kind: type[Effect], values: Mapping[str, Any], setting: Setting) -> tu
             continue
         low, high = (_bound(field.metadata, which) for which in ("ge", "le"))
         neutral, typical = neutral_value(kind, name), float(field.get_default(call_default_factory=True))
+        extra = field.json_schema_extra
+        in_metres = isinstance(extra, dict) and extra.get("unit") == "m"
         if isinstance(values[name], int) and field.annotation is int:
             found.append(Free(name, low, high, False, 1.0, whole=True))
+        elif in_metres and (kind.id, name) not in _LOGS:
+            # A range in the scene: what it is without effect, such as 1000 m, says nothing about how finely it matters.
+            found.append(Free(name, low, high, False, max(_OF_RANGES * float(np.ptp(setting.ranges[[3, 7]])), 0.01)))
         elif (low >= 0 and neutral == 0) or (low > 0 and neutral is None) or (kind.id, name) in _LOGS:
             found.append(Free(name, max(low, 1e-6 * max(typical, 1e-3)), high, True, 1.0))
         else:
@@ -211,6 +228,8 @@ _STARTS: dict[tuple[str, str], tuple[float, ...]] = {
     ("spatial_correlation", "x"): (0.7, 2, 6),
     ("spatial_correlation", "y"): (0.7, 2, 6),
     ("disparity_quantization", "step"): (0.03, 0.12, 0.5),
+    ("disparity_quantization", "origin"): (-0.3, 0.3),
+    ("disparity_quantization", "down"): (1.0,),
     ("temporal_correlation", "correlation"): (0.2, 0.6),
     ("time_offset", "offset"): (0.0, -0.03, 0.03),
     ("rolling_shutter", "readout"): (0.004, 0.03),
@@ -251,7 +270,7 @@ def _grid(kind: type[Effect], free: Free, fixed: Mapping[str, Any], setting: Set
     neutral = neutral_value(kind, free.key)
     if unit == "m" and (neutral is None or neutral in (0, 1000)) and kind.id != "material_noise":
         q = setting.ranges
-        chosen = q[[1, 2, 4]] if neutral == 0 else (q[[5, 7, 8]] if neutral else q[[2, 5]])
+        chosen = q[[1, 2, 4]] if neutral == 0 else (q[[5, 7, 8, 9, 10]] if neutral else q[[2, 5]])
         return tuple(float(np.clip(v, free.low, free.high)) for v in chosen)
     if unit == "s" and neutral is None:
         return tuple(float(np.clip(setting.span * k, free.low, free.high)) for k in (0.3, 3.0))

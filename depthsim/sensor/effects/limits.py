@@ -32,12 +32,27 @@ def _softness() -> float:
     return softness
 
 
-def _limit(frame: Frame, name: str, depth: float, softness: float) -> NDArray[np.float32] | np.float32:
-    """The limit [m]: one for all, or drawn for each pixel."""
+def _error() -> float:
+    """What the limit sees of a depth's error."""
+    error: float = parameter(
+        1.0,
+        low=0,
+        high=1,
+        unit="share",
+        about="how much of a depth's error the limit sees; 1: it cuts what is measured, 0: the true depth",
+        source="the search of a matcher ends at a measured disparity",
+    )
+    return error
+
+
+def _beyond(frame: Frame, name: str, limit: float, softness: float, error: float) -> NDArray[np.float32]:
+    """How far each depth lies beyond a limit [m], one limit for all or, where it is soft, drawn for each pixel."""
+    depth = frame.depth
+    seen = depth if error == 1 else frame.geometry.depth + np.float32(error) * (depth - frame.geometry.depth)
     if softness == 0:
-        return np.float32(depth)
-    u = frame.draws(name).uniform(frame.depth.shape)
-    return np.asarray(depth + softness * np.log(u / (1 - u)), np.float32)
+        return np.asarray(seen - np.float32(limit), np.float32)
+    u = frame.draws(name).uniform(depth.shape)
+    return np.asarray(seen - np.float32(limit) - np.float32(softness) * np.log(u / (1 - u)), np.float32)
 
 
 class MinRange(Effect):
@@ -52,14 +67,14 @@ class MinRange(Effect):
         0.195, low=0, high=5, unit="m", neutral=0, about="least depth", source="the datasheet's D435 at 848x480"
     )
     softness: float = _softness()
+    error: float = _error()
 
     def apply(self, frame: Frame) -> None:
-        """Set what was measured nearer to 0."""
-        limit, depth = _limit(frame, self.id, self.depth, self.softness), frame.depth
-        if np.ndim(limit):
-            depth[depth < limit] = 0
+        """Set what is nearer to 0."""
+        if self.softness == 0 and self.error == 1:
+            frame.run(_keep_between, np.float32(self.depth), np.float32(np.inf), frame.depth.reshape(-1))
         else:
-            frame.run(_keep_between, limit, np.float32(np.inf), depth.reshape(-1))
+            frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error) < 0] = 0
 
 
 class MaxRange(Effect):
@@ -74,11 +89,11 @@ class MaxRange(Effect):
         10.0, low=0.1, high=1000, unit="m", neutral=1000, about="greatest depth", source="that product brief"
     )
     softness: float = _softness()
+    error: float = _error()
 
     def apply(self, frame: Frame) -> None:
-        """Set what was measured farther to 0."""
-        limit, depth = _limit(frame, self.id, self.depth, self.softness), frame.depth
-        if np.ndim(limit):
-            depth[depth > limit] = 0
+        """Set what is farther to 0."""
+        if self.softness == 0 and self.error == 1:
+            frame.run(_keep_between, _ZERO, np.float32(self.depth), frame.depth.reshape(-1))
         else:
-            frame.run(_keep_between, _ZERO, limit, depth.reshape(-1))
+            frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error) > 0] = 0

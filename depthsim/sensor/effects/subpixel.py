@@ -34,10 +34,11 @@ def _add_bias(start, stop, amplitude, phase, disparity):
 
 
 @kernel
-def _round_to_steps(start, stop, step, per_step, disparity):
+def _round_to_steps(start, stop, step, per_step, before, after, disparity):
     d = disparity[start:stop]
     for i in range(d.size):
-        d[i] = np.floor(d[i] * per_step + _f(0.5)) * step
+        steps = np.floor(d[i] * per_step + before) + after
+        d[i] = steps * step if (d[i] > _f(0)) & (steps > _f(0)) else _f(0)
 
 
 class SubpixelBias(Effect):
@@ -75,7 +76,10 @@ class SubpixelBias(Effect):
 
 
 class DisparityQuantization(Effect):
-    """The disparity is rounded to whole multiples of ``step``, halves up."""
+    """The disparity is rounded to whole multiples of ``step``, halves up.
+
+    Other cameras' steps may begin elsewhere, or be cut off: (⌊d/step - origin + (1 - down)/2⌋ + origin)·step.
+    """
 
     id: ClassVar[str] = "disparity_quantization"
     # After the noise and after the mixing at edges: the chip's disparities, in-between ones too, are whole steps.
@@ -95,8 +99,14 @@ class DisparityQuantization(Effect):
         source="exactly 1/32 px in the D435 frames of aims-slam; five fractional bits in librealsense, "
         "src/proc/disparity-transform.h",
     )
+    origin: float = parameter(
+        0.0, low=-0.5, high=0.5, unit="step", about="where the steps begin", source="0 in the same frames"
+    )
+    down: float = parameter(
+        0.0, low=-1, high=1, unit="1", about="0: to the nearest step, 1: to the one below, -1: above", source="the same"
+    )
 
     def apply(self, frame: Frame) -> None:
         """Round every disparity."""
-        step = max(self.step, _FINEST)
-        frame.run(_round_to_steps, _f(step), _f(1 / step), frame.disparity.reshape(-1))
+        step, before = max(self.step, _FINEST), (1 - self.down) / 2 - self.origin
+        frame.run(_round_to_steps, _f(step), _f(1 / step), _f(before), _f(self.origin), frame.disparity.reshape(-1))
