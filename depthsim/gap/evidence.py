@@ -27,6 +27,10 @@ from depthsim.sensor.sensor import to_units
 from depthsim.sensor.view import View as Rays
 
 Counts = NDArray[np.uint32]
+_FITTING = 1
+"""The seed of the simulations that parameters are fitted by."""
+_CASTS = 2
+"""How many casts of bent rays are kept of a frame."""
 T = TypeVar("T")
 _BLOCK = 4
 """How many frames in a row go together at most, into fitting or into judging: neighbours in time are alike."""
@@ -79,6 +83,7 @@ class Evidence:
         self.threads = threads or core_count()
         self.caster = Caster(scene)
         self._own = threading.local()
+        self._casts: dict[int, list[tuple[list[Effect], bool, Geometry]]] = {}
         self.motion = Motion.along(run.trajectory)
         self.base = tuple(base)
         self.stride = max(1, round(run.camera.width * run.camera.height / _COUNTED))
@@ -108,7 +113,7 @@ class Evidence:
         """(blocks, size): what the recording shows."""
         return np.stack([self.real[b] for b in blocks])
 
-    def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = 1) -> Counts:
+    def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = _FITTING) -> Counts:
         """(blocks, size): what a sensor with ``effects`` shows on those blocks."""
         ordered = sorted((e for e in effects if not e.is_neutral), key=physical_order)
 
@@ -134,19 +139,31 @@ class Evidence:
         bending = [effect for effect in effects if effect.stage <= Stage.OPTICS]
         met, scratch = still.geometry, self._scratch()
         if bending:
-            view = Rays(still.pose, camera.rays, camera, self.motion, seed, index, still.stamp, 1, scratch)
-            for effect in bending:
-                effect.bend(view)
-            poses = view.pose if view.pose.ndim == 2 else view.pose[None]
-            right = any(effect.needs_right for effect in effects)
-            met = self.caster.cast(camera, poses, right=right, rays=view.rays, threads=1)
-            met = met if view.pose.ndim == 2 else met[0]
+            met = self._bent(bending, still, seed, any(effect.needs_right for effect in effects))
         depth = scratch.empty(met.depth.shape)
         depth[:] = met.depth
         frame = Frame(depth, met, camera, self.scene, self.materials, self.motion, seed, index, still.stamp, 1, scratch)
         for effect in effects[len(bending) :]:
             effect.apply(frame)
         return to_units(frame.depth, camera)
+
+    def _bent(self, bending: list[Effect], still: _Still, seed: int, right: bool) -> Geometry:
+        """What bent rays meet. The last few casts for fitting are kept: the bank is tried on top of one bent sensor."""
+        kept = self._casts.get(still.index, []) if seed == _FITTING else []
+        for effects, with_right, known in kept:
+            if effects == bending and (with_right or not right):
+                return known
+        view = Rays(
+            still.pose, self.camera.rays, self.camera, self.motion, seed, still.index, still.stamp, 1, self._own.scratch
+        )
+        for effect in bending:
+            effect.bend(view)
+        poses = view.pose if view.pose.ndim == 2 else view.pose[None]
+        met = self.caster.cast(self.camera, poses, right=right, rays=view.rays, threads=1)
+        met = met if view.pose.ndim == 2 else met[0]
+        if seed == _FITTING:
+            self._casts[still.index] = [(bending, right, met), *kept][:_CASTS]
+        return met
 
     def _scratch(self) -> Scratch:
         """This thread's memory for a frame."""
