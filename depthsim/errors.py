@@ -13,4 +13,17 @@ class InputError(Exception):
     def __init__(self, file: str | Path, place: str, problem: str, mend: str) -> None:
         self.file, self.place, self.problem, self.mend = str(file), place, problem, mend
         parts = [self.file, place, f"{problem}; {mend}"]
-        super().__init__(": ".join(" ".join(part.split()) for part in parts if part))
+        super().__init__(": ".join(_shown(part) for part in parts if part))
+
+
+_LONGEST = 1500
+"""Characters of a part of the line: what a broken file holds may be as long as the file."""
+
+
+def _shown(part: str) -> str:
+    """A part on one line, without what would steer a terminal, and with its middle left out where it is very long."""
+    line = " ".join(part.split())
+    if not line.isprintable():
+        line = "".join(mark if mark.isprintable() else ascii(mark)[1:-1] for mark in line)
+    half = _LONGEST // 2
+    return line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}"

@@ -11,17 +11,48 @@ from depthsim.errors import InputError
 Model = TypeVar("Model", bound=BaseModel)
 
 
+MOST_TEXT = 500_000
+"""Characters in a document; PyYAML takes some seconds for these."""
+MOST_NODES = 1_000_000
+"""Values in a document, those of an alias counted wherever it stands."""
+
+
 class _Loader(yaml.SafeLoader):
     """The safe loader, without YAML's silent acceptance of a key given twice."""
 
+    def get_single_node(self) -> yaml.Node | None:
+        """The document; an error where its aliases hold themselves, or unfold to more than anyone wrote.
+
+        A few lines of aliases of aliases stand for a billion values, which fill the memory as soon as they are walked.
+        """
+        node = super().get_single_node()
+        if node is not None:
+            _count(node, {})
+        return node
+
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen: set[str] = set()
-        for key, _ in node.value:
+        for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():  # `!!map [1]` is none
             if isinstance(key, yaml.ScalarNode):
                 if key.value in seen and key.value != "<<":
                     raise yaml.constructor.ConstructorError(None, None, f"key {key.value!r} twice", key.start_mark)
                 seen.add(key.value)
         return super().construct_mapping(node, deep)
+
+
+def _count(node: yaml.Node, known: dict[int, int | None]) -> int:
+    """How many values a node stands for."""
+    if isinstance(node, yaml.ScalarNode):
+        return 1
+    if id(node) not in known:
+        known[id(node)] = None
+        parts = node.value if isinstance(node, yaml.SequenceNode) else [part for pair in node.value for part in pair]
+        known[id(node)] = 1 + sum(_count(part, known) for part in parts)
+    count = known[id(node)]
+    if count is None or count > MOST_NODES:
+        problem = "an alias that holds itself" if count is None else f"aliases for over {MOST_NODES:,} values"
+        raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+    return count
 
 
 def read_text(path: Path, what: str) -> str:
@@ -34,14 +65,23 @@ def read_text(path: Path, what: str) -> str:
         raise InputError(path, "", "is a folder", f"give the path of {what}") from None
     except UnicodeDecodeError as error:
         raise InputError(path, f"byte {error.start}", "is not UTF-8 text", f"give {what}") from None
+    except ValueError:  # a NUL in the name
+        raise InputError(repr(str(path)), "", "is no path", f"give the path of {what}") from None
     except OSError as error:
         raise InputError(path, "", (error.strerror or str(error)).lower(), f"give {what} that can be read") from None
 
 
 def parse_yaml(text: str, path: Path) -> Any:
     """The plain value that YAML text holds."""
+    if len(text) > MOST_TEXT:
+        problem = f"holds {len(text):,} characters, more than the {MOST_TEXT:,} that are read as YAML"
+        raise InputError(path, "", problem, "leave some out; many poses are better kept in a TUM file")
     try:
-        return yaml.load(text, _Loader)  # _Loader is a SafeLoader
+        loader = _Loader(text)
+        try:
+            return loader.get_single_data()
+        finally:
+            loader.dispose()
     except (yaml.YAMLError, RecursionError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
         # PyYAML lets the last four out where a tag does not fit its value, such as `!!bool x`.
         mark = getattr(error, "problem_mark", None)
@@ -83,9 +123,18 @@ def read_model(model: type[Model], path: Path, what: str) -> Model:
 
 
 def beside(file: Path, name: str, place: str) -> Path:
-    """The path that ``name``, written at ``place`` in ``file``, means; it may not leave the folder of ``file``."""
+    """The path that ``name``, written at ``place`` in ``file``, means; it may not leave the folder of ``file``.
+
+    Links are followed: one that leads out of the folder leaves it. Whether the path is there may be asked of it.
+    """
     folder = file.parent.resolve()
     plain = "\0" not in name and not Path(name).is_absolute() and ".." not in Path(name).parts
-    if plain and (folder / name).resolve().is_relative_to(folder):
+    try:
+        inside = plain and (folder / name).resolve().is_relative_to(folder)
+        (folder / name if inside else folder).exists()
+    except (OSError, RuntimeError, ValueError) as error:  # too long a name, a loop of links, a lone surrogate
+        why = getattr(error, "strerror", None) or "a loop of links"
+        raise InputError(file, place, f"{name[:80]!r} cannot be a path ({why.lower()})", "correct the name") from None
+    if inside:
         return file.parent / name
-    raise InputError(file, place, f"{name!r} leaves the folder of this file", "give a path inside the folder")
+    raise InputError(file, place, f"{name[:200]!r} leaves the folder of this file", "give a path inside the folder")

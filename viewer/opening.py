@@ -1,5 +1,6 @@
 """From what a user names to what the viewer shows: a scene, a run, or the report of a diagnosis."""
 
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +22,7 @@ SceneLoader = Callable[[str | Path], Scene]
 def is_recorded(what: str | Path) -> bool:
     """Whether ``what`` is the folder of a run or of a report, whole or broken, and not a scene."""
     folder = Path(what)
-    return any((folder / name).is_file() for name in ("depth.txt", "run.yaml", "diagnosis.json"))
+    return any(os.path.isfile(folder / name) for name in ("depth.txt", "run.yaml", "diagnosis.json"))
 
 
 def open_stage(
@@ -80,4 +81,4 @@ def _named_scene(folder: Path, name: str | None) -> Path | None:
     """A scene of report.yaml: a file, or the name of one that comes with depthsim."""
     if name is None:
         return None
-    return locate(folder, name) if locate(folder, name).exists() else Path(name)
+    return locate(folder, name) if os.path.exists(locate(folder, name)) else Path(name)

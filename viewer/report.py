@@ -1,7 +1,7 @@
 """A report as the viewer takes it: the diagnosis, its causes one by one, and where on the scene the gap lies."""
 
 import json
-import zipfile
+import os
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict
 
 from depthsim.errors import InputError
 from depthsim.gap.result import Diagnosis
+from depthsim.runs.arrays import arrays_of
 from depthsim.sensor import Profile, load_profile
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.yamlfile import read_model, read_text, validate
@@ -83,7 +84,7 @@ class Report:
 
 def is_report(folder: Path) -> bool:
     """Whether a folder is what `diagnose` writes."""
-    return (folder / DIAGNOSIS).is_file()
+    return os.path.isfile(folder / DIAGNOSIS)  # which, unlike Path's, takes any text
 
 
 def load_report(folder: Path) -> tuple[Report, Origin]:
@@ -112,10 +113,9 @@ def load_shares(folder: Path, faces: int | None) -> Shares | None:
     if not file.is_file():
         return None
     try:
-        with np.load(file, allow_pickle=False) as arrays:
-            face = np.asarray(arrays["face_share"], np.float32)
-            image = np.asarray(arrays["image_share"], np.float32)
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        arrays = arrays_of(file.read_bytes(), ("face_share", "image_share"))
+        face, image = (np.asarray(array, np.float32) for array in arrays)
+    except (OSError, ValueError) as error:
         problem = f"is not what diagnose writes ({' '.join(str(error).split())[:80]})"
         raise InputError(file, "", problem, "run diagnose again") from None
     if face.ndim != 1 or image.ndim != 2 or (faces is not None and len(face) != faces):

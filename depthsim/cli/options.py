@@ -32,6 +32,6 @@ def parse_resolution(text: str | None) -> tuple[int, int] | None:
     if text is None:
         return None
     width, cross, height = text.lower().partition("x")
-    if not (cross and width.isdigit() and height.isdigit() and int(width) and int(height)):
+    if not (cross and width.isdecimal() and height.isdecimal() and int(width) and int(height)):
         raise InputError("--resolution", text, "is not WIDTHxHEIGHT", "write it as 848x480")
     return int(width), int(height)

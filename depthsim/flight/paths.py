@@ -88,7 +88,10 @@ class _Curve(Moving):
 
     @model_validator(mode="after")
     def _reaches_its_speed(self) -> "_Curve":
-        _ = self._profile
+        try:
+            _ = self._profile.duration
+        except ZeroDivisionError:
+            raise ValueError("speed or acceleration is too near to zero for this path") from None
         return self
 
     @cached_property

@@ -10,8 +10,9 @@ from pydantic import BaseModel, ConfigDict
 from depthsim.errors import InputError
 from depthsim.flight.contact import Contact
 from depthsim.flight.fly import FILES, Flight, fly
+from depthsim.flight.paths import Path as FlightPath
 from depthsim.flight.pathspec import parse_path, resolve_path
-from depthsim.flight.vehicle import load_vehicle
+from depthsim.flight.vehicle import Vehicle, load_vehicle
 from depthsim.flight.wind import Wind
 from depthsim.flight.windfile import parse_wind, resolve_wind
 from depthsim.runs.storing import write_whole
@@ -45,8 +46,18 @@ class Ride:
     contact: Contact | None = None
 
 
-def fly_spec(file: Path, scene: Scene | None = None) -> Flight:
-    """Fly what a YAML file says; files that it names lie in its folder."""
+@dataclass(frozen=True)
+class Planned:
+    """What a flight's YAML file says, with the files that it names read."""
+
+    spec: FlightSpec
+    path: FlightPath
+    vehicle: Vehicle
+    wind: Wind | None
+
+
+def read_flight_spec(file: Path) -> Planned:
+    """Read a flight's YAML file; files that it names lie in its folder. Raises :class:`InputError`."""
     spec = read_model(FlightSpec, file, "a flight")
     vehicle = beside(file, spec.vehicle, "vehicle") if spec.vehicle.endswith((".yaml", ".yml")) else spec.vehicle
     inline = isinstance(spec.path, dict)
@@ -56,10 +67,17 @@ def fly_spec(file: Path, scene: Scene | None = None) -> Flight:
         wind = parse_wind(spec.wind, file, "wind")
     elif spec.wind is not None:
         wind = resolve_wind(str(beside(file, spec.wind, "wind")) if _is_file(spec.wind) else spec.wind)
+    return Planned(spec, path, load_vehicle(vehicle), wind)
+
+
+def fly_spec(file: Path, scene: Scene | None = None) -> Flight:
+    """Fly what a YAML file says; files that it names lie in its folder."""
+    planned = read_flight_spec(file)
+    spec = planned.spec
     return fly(
-        path,
-        load_vehicle(vehicle),
-        wind=wind,
+        planned.path,
+        planned.vehicle,
+        wind=planned.wind,
         feedforward=spec.feedforward,
         scene=scene,
         ground=spec.ground,

@@ -1,5 +1,6 @@
 """Recordings of others as runs: ROS 1 and 2 bags, TUM RGB-D sequences, folders of pictures. One file a format."""
 
+import os
 from pathlib import Path
 
 from depthsim.errors import InputError
@@ -34,7 +35,7 @@ def import_recording(source: Path, out: Path, options: ImportOptions | None = No
 
 def recognise(source: Path) -> str:
     """bag, tum or pictures."""
-    if not source.exists():
+    if not os.path.exists(source):  # which, unlike Path's, takes any text
         raise InputError(source, "", "no such file or folder", "give a .bag, .mcap or .db3 file, or a folder")
     if source.is_file():
         if source.suffix.lower() in BAG_SUFFIXES:

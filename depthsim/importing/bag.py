@@ -17,13 +17,13 @@ from depthsim.importing.bagfile import BagFile
 from depthsim.importing.imu import ImuStreams
 from depthsim.importing.messages import Decoder, Picture, calibration, pose_of, right_baseline, stamp_of
 from depthsim.importing.options import Imported, ImportOptions
-from depthsim.importing.recording import Recording, to_units
+from depthsim.importing.recording import Recording, to_units, with_options
 from depthsim.importing.salvage import Damaged, Message
 from depthsim.importing.transforms import Transforms, mounted, trajectory_of
 from depthsim.presets import preset, resolve_camera
 from depthsim.runs import layout
 from depthsim.trajectory import Trajectory, read_tum
-from depthsim.yamlfile import read_mapping
+from depthsim.yamlfile import read_mapping, validate
 
 _MILLIMETRE = 0.001
 _MEND = "the frames before that are kept; record it again for the rest"
@@ -89,7 +89,7 @@ class _Reading:
             info = self._decoder.read(message)
             if topic == found.info:
                 self._info = info
-            if "2" in topic.rsplit("/", 2)[-2]:
+            if "2" in topic.rpartition("/")[0].rpartition("/")[2]:  # infra2/camera_info
                 self._baseline = right_baseline(info) or self._baseline
         elif topic in found.imu:
             self._imu.add(found.imu[topic], self._decoder.read(message))
@@ -170,7 +170,7 @@ class _Reading:
         options = self._options
         camera = resolve_camera(options.camera) if options.camera is not None else self._camera_of_info()
         given = {"rate": options.rate, "depth_scale": options.depth_scale, "baseline": options.baseline}
-        return camera.model_copy(update={key: value for key, value in given.items() if value is not None})
+        return with_options(camera, given)
 
     def _camera_of_info(self) -> Camera:
         keys = dict(calibration(self._info)) if self._info is not None else {}
@@ -182,5 +182,6 @@ class _Reading:
         keys |= {"baseline": self._baseline or preset("d435").baseline, "depth_scale": self._scale or _MILLIMETRE}
         stamps = self._recording.stamps()
         if len(stamps) > 1:
-            keys["rate"] = round(1 / float(np.median(np.diff(stamps))), 2)
-        return Camera(name=self._source.stem, **keys)
+            rate = 1 / float(np.median(np.diff(stamps)))
+            keys["rate"] = round(rate, 2) or rate
+        return validate(Camera, {"name": self._source.stem, **keys}, self._source, "CameraInfo")

@@ -7,7 +7,8 @@ from typing import Any
 
 from depthsim.errors import InputError
 from depthsim.extras import load_extra
-from depthsim.importing.salvage import Damaged, Message, salvage
+from depthsim.importing.bombs import why_unsafe
+from depthsim.importing.salvage import Damaged, Message, has_bomb, salvage
 
 _SUFFIXES = (".bag", ".mcap", ".db3")
 
@@ -25,11 +26,15 @@ class BagFile:
         self.files = _files(source)
         self.ros1 = self.files[0].suffix.lower() == ".bag"
         self.damage: tuple[Path, str] | None = None
-        whole = [source] if (source / "metadata.yaml").exists() else self.files
-        self._parts = [_Indexed.open(part, self.ros1) for part in whole]
+        listed = source / "metadata.yaml"
+        whole = [source] if listed.exists() else self.files
+        asked = [*self.files, *([listed] if listed.exists() else [])]
+        unsafe = {file for file in asked if (has_bomb(file) if file.suffix == ".bag" else why_unsafe(file))}
+        whole_unsafe = unsafe | ({source} if unsafe else set())
+        self._parts = [None if part in whole_unsafe else _Indexed.open(part, self.ros1) for part in whole]
         if None in self._parts and whole == [source]:  # the list of files is damaged, or one of them is
             whole = self.files
-            self._parts = [_Indexed.open(part, self.ros1) for part in whole]
+            self._parts = [None if part in unsafe else _Indexed.open(part, self.ros1) for part in whole]
         self._places = whole
         self.topics: dict[str, str] = {}
         for part, place in zip(self._parts, whole, strict=True):
@@ -63,7 +68,8 @@ class _Indexed:
 
     def __init__(self, reader: Any) -> None:
         self._reader = reader
-        self.topics = {item.topic: item.msgtype for item in reader.connections}
+        known = [item for item in reader.connections if isinstance(item.topic, str) and isinstance(item.msgtype, str)]
+        self.topics = {item.topic: item.msgtype for item in known}
 
     @classmethod
     def open(cls, path: Path, ros1: bool) -> "_Indexed | None":
@@ -79,7 +85,7 @@ class _Indexed:
         return cls(reader)
 
     def messages(self, topics: set[str]) -> Iterator[Message]:
-        wanted = [item for item in self._reader.connections if item.topic in topics]
+        wanted = [item for item in self._reader.connections if isinstance(item.topic, str) and item.topic in topics]
         if not wanted:
             return
         stream = self._reader.messages(connections=wanted)
@@ -90,6 +96,8 @@ class _Indexed:
                 return
             except Exception as error:
                 raise Damaged(str(error)) from None
+            if not isinstance(data, bytes | bytearray | memoryview):  # SQLite keeps any type in any column
+                raise Damaged("has a message that makes no sense")
             yield Message(connection.topic, connection.msgtype, time, bytes(data))
 
     def close(self) -> None:
@@ -113,7 +121,7 @@ def _files(source: Path) -> list[Path]:
         return [source]
 
     def natural(file: Path) -> list[Any]:
-        return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)]
+        return [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", file.name)]
 
     # .mcap.zstd and .db3.zstd are whole files in themselves, which rosbags unpacks.
     files = [file for file in source.iterdir() if file.name.removesuffix(".zstd").lower().endswith(_SUFFIXES)]

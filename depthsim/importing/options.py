@@ -1,5 +1,6 @@
 """What an importer can be told, and what it tells."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,7 +25,7 @@ class ImportOptions:
     @property
     def pose_file(self) -> Path | None:
         """``poses`` where it is the path of a file."""
-        return Path(self.poses) if self.poses and Path(self.poses).is_file() else None
+        return Path(self.poses) if self.poses and os.path.isfile(self.poses) else None
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from depthsim.camera import Camera, load_camera
 from depthsim.errors import InputError
 from depthsim.importing.options import Imported, ImportOptions
-from depthsim.importing.recording import Recording, to_units
+from depthsim.importing.recording import Recording, to_units, with_options
 from depthsim.presets import resolve_camera
 from depthsim.runs import layout
+from depthsim.runs.arrays import array_of
 from depthsim.runs.png import decode_png
 from depthsim.trajectory import read_tum
 from depthsim.yamlfile import read_text
@@ -56,12 +57,12 @@ def _camera(source: Path, options: ImportOptions) -> Camera:
     else:
         raise InputError(source, "", "has no camera.yaml", "write one there, or give --camera camera.yaml")
     keys = {"rate": options.rate, "depth_scale": options.depth_scale, "baseline": options.baseline}
-    return camera.model_copy(update={key: value for key, value in keys.items() if value is not None})
+    return with_options(camera, keys)
 
 
 def _natural(file: Path) -> list[Any]:
     """9.png before 10.png."""
-    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", file.stem)]
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", file.stem)]
 
 
 def _stamps(source: Path, files: list[Path], rate: float) -> list[float]:
@@ -95,10 +96,9 @@ def _depth(file: Path, camera: Camera) -> NDArray[np.uint16]:
 
 def _load_npy(file: Path) -> NDArray[Any]:
     try:
-        array = np.load(file, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+        return array_of(file.read_bytes())
+    except (OSError, ValueError) as error:
         raise InputError(file, "", f"is no whole .npy ({error})", "write it by numpy.save") from None
-    return np.asarray(array)
 
 
 def _intensity(file: Path, camera: Camera) -> NDArray[np.uint8]:

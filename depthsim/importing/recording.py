@@ -16,6 +16,7 @@ from depthsim.runs.png import encode_png
 from depthsim.runs.storing import write_whole
 from depthsim.trajectory import Trajectory, tum_text
 from depthsim.trajectory.poses import TOLERANCE
+from depthsim.yamlfile import validate
 
 Image = NDArray[np.uint8] | NDArray[np.uint16]
 
@@ -95,6 +96,12 @@ class Recording:
 
 def _size(shape: tuple[int, ...]) -> str:
     return "x".join(map(str, reversed(shape[:2])))
+
+
+def with_options(camera: Camera, given: Mapping[str, float | None]) -> Camera:
+    """The camera with what was told on the command line in place of its own; None was not told."""
+    told = {key: value for key, value in given.items() if value is not None}
+    return validate(Camera, {**camera.model_dump(), **told}, Path("--" + ", --".join(told or given)))
 
 
 def to_units(metres: NDArray[np.floating], depth_scale: float) -> NDArray[np.uint16]:

@@ -4,7 +4,6 @@ A recording that was broken off has no index, and a file that was cut has lost i
 (http://wiki.ros.org/Bags/Format/2.0), MCAP (https://mcap.dev/spec, read by its own library), rosbag2's sqlite3.
 """
 
-import bz2
 import io
 import sqlite3
 import struct
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from depthsim.extras import load_extra
+from depthsim.importing.bombs import Bomb, odd_scheme, read_at_most, unpack
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
@@ -63,11 +63,9 @@ def _chunk(header: dict[bytes, bytes], data: bytes, connections: dict[int, tuple
     """The messages of a chunk, or of what there is of it."""
     how = header.get(b"compression", b"none")
     try:
-        plain = _DECOMPRESS[how](data) if how in _DECOMPRESS else None
-    except (OSError, RuntimeError, ValueError):
-        raise Damaged("has a chunk that cannot be decompressed") from None
-    if plain is None:
-        raise Damaged(f"has a chunk in the unknown compression {how[:20]!r}")
+        plain = unpack(how.decode("latin-1"), data)
+    except ValueError as error:
+        raise Damaged(f"has a chunk that {error}") from None
     inside = io.BytesIO(plain)
     while (record := _record(inside)) is not None:
         header, body, whole = record
@@ -76,15 +74,27 @@ def _chunk(header: dict[bytes, bytes], data: bytes, connections: dict[int, tuple
         yield from _take(header, body, connections)
 
 
-def _lz4(data: bytes) -> bytes:
-    return bytes(load_extra("lz4.frame", "ros").decompress(data))
-
-
-_DECOMPRESS: dict[bytes, Callable[[bytes], bytes]] = {b"none": bytes, b"bz2": bz2.decompress, b"lz4": _lz4}
+def has_bomb(path: Path) -> bool:
+    """Whether a ROS 1 bag has a chunk that unpacks to more than a chunk can be; rosbags would unpack it whole."""
+    with path.open("rb") as file:
+        file.seek(len(_MAGIC))
+        try:
+            while len(start := file.read(4)) == 4 and (head := _sized(file, start)) is not None:
+                (length,) = struct.unpack("<I", file.read(4))
+                how = _fields(head).get(b"compression", b"none")
+                if how == b"none":
+                    file.seek(length, io.SEEK_CUR)
+                else:
+                    unpack(how.decode("latin-1"), read_at_most(file, length))
+        except Bomb:
+            return True
+        except (Damaged, ValueError, struct.error):
+            return False
+    return False
 
 
 def _take(header: dict[bytes, bytes], data: bytes, connections: dict[int, tuple[str, str]]) -> Iterator[Message]:
-    op = header.get(b"op", b"\0")[0]
+    op = (header.get(b"op") or b"\0")[0]
     try:
         if op == _CONNECTION:
             (number,) = struct.unpack("<I", header[b"conn"])
@@ -111,7 +121,7 @@ def _record(file: BinaryIO) -> tuple[dict[bytes, bytes], bytes, bool] | None:
     (length,) = struct.unpack("<I", size)
     if length > _LARGEST:
         raise Damaged("has a record that makes no sense")
-    data = file.read(length)
+    data = read_at_most(file, length)
     return _fields(head), data, len(data) == length
 
 
@@ -143,7 +153,29 @@ def _mcap(path: Path) -> Iterator[Message]:
     schemas: dict[int, str] = {}
     channels: dict[int, tuple[str, str]] = {}
     with path.open("rb") as file:
-        yield from _guarded(lambda: _mcap_records(reader.StreamReader(file).records, schemas, channels))
+        stream = reader.StreamReader(_Bounded(file), emit_chunks=True, record_size_limit=path.stat().st_size)
+        yield from _guarded(lambda: _mcap_records(_unpacked(stream.records, reader), schemas, channels))
+
+
+class _Bounded:
+    """A file for mcap, which asks for as many bytes as a length in the file says."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+
+    def read(self, size: int) -> bytes:
+        """So many bytes, or what there is."""
+        return read_at_most(self._file, size)
+
+
+def _unpacked(records: Iterator[Any], reader: Any) -> Iterator[Any]:
+    """The records, those in chunks one by one."""
+    for record in records:
+        if type(record).__name__ == "Chunk":
+            record.data, record.compression = unpack(record.compression, record.data), ""
+            yield from reader.breakup_chunk(record)
+        elif record is not None:
+            yield record
 
 
 def _mcap_records(
@@ -176,6 +208,8 @@ def _guarded(start: Callable[[], Iterator[Message]]) -> Iterator[Message]:
 
 
 def _sqlite3(path: Path) -> Iterator[Message]:
+    if odd := odd_scheme(path):
+        raise Damaged(odd)
     try:
         base = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
     except sqlite3.Error as error:
@@ -186,8 +220,11 @@ def _sqlite3(path: Path) -> Iterator[Message]:
         # By row, not by time: an index may lie behind the cut.
         for number, time, data in base.execute("SELECT topic_id, timestamp, data FROM messages NOT INDEXED"):
             if number in topics:
-                yield Message(*topics[number], time, data)
-    except sqlite3.Error as error:
+                message = Message(*topics[number], time, data)
+                if [type(part) for part in message] != [str, str, int, bytes]:  # SQLite keeps any type in any column
+                    raise Damaged("has a message that makes no sense")
+                yield message
+    except (sqlite3.Error, UnicodeDecodeError) as error:
         raise Damaged(f"is cut off or damaged ({error})") from None
     finally:
         base.close()

@@ -59,7 +59,10 @@ def _by_name(folder: Path) -> list[Capture]:
 
 
 def _in_list(file: Path) -> list[Capture]:
-    rows = csv.reader(read_text(file, "a list of distances").splitlines())
+    try:
+        rows = list(csv.reader(read_text(file, "a list of distances").splitlines()))
+    except csv.Error as error:
+        raise InputError(file, "", f"is not CSV ({error})", "write lines of `folder,distance_m`") from None
     captures, seen = [], 0
     for number, row in enumerate(rows, start=1):
         words, place = [word.strip() for word in row], f"line {number}"

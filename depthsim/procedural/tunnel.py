@@ -23,6 +23,8 @@ def tunnel(seed: int = 1, rows: int = 720, around: int = 240) -> Part:
     for name, value, low, high in (("rows", rows, 100, 4000), ("around", around, 60, 1500)):
         if not low <= value <= high:
             raise ValueError(f"tunnel: {name} is {value}; give {low} to {high}")
+    if rows * around > 500_000:
+        raise ValueError(f"tunnel: rows · around is {rows * around}; give at most 500000")
     drift, stream = Drift(LENGTH), Stream(seed, 202)
     surface = drift.surface(rows, around, seed * 1000)
     return join(

@@ -1,6 +1,7 @@
 """Reading a recorded run, real or simulated: the TUM RGB-D layout, plus what depth needs."""
 
 import math
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -44,8 +45,8 @@ class Run:
         posed: False takes a recording without groundtruth.txt, too; its camera then stands at the origin.
         """
         path = Path(path)
-        if not path.is_dir():
-            problem = "is a file, not a folder" if path.exists() else "no such folder"
+        if not os.path.isdir(path):  # which, unlike Path's, takes any text
+            problem = "is a file, not a folder" if os.path.exists(path) else "no such folder"
             raise InputError(path, "", problem, "give the folder of a run")
         record = path / layout.RECORD
         meta = read_mapping(record, "a run.yaml") if record.exists() else {}
@@ -97,7 +98,10 @@ class Run:
     @property
     def tags(self) -> tuple[str, ...]:
         """The material tags that the numbers in :meth:`material` mean."""
-        return tuple(map(str, self.meta.get("tags", ())))
+        tags = self.meta.get("tags") or ()
+        if not isinstance(tags, list | tuple):
+            raise InputError(self.path / layout.RECORD, "tags", "is no list", "write the names of the materials there")
+        return tuple(map(str, tags))
 
     def has(self, stream: str) -> bool:
         """Whether every frame has its picture in ``stream``: depth, clean, material, normal, mask or rgb."""

@@ -7,6 +7,8 @@ camera, and take positions for plain floats that are sparse or normalised intege
 import base64
 import json
 import struct
+from collections import Counter
+from collections.abc import Mapping
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
@@ -21,6 +23,8 @@ from depthsim.yamlfile import beside
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _LARGEST = {5120: 127, 5121: 255, 5122: 32767, 5123: 65535}
+_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+_PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _DRACO = "KHR_draco_mesh_compression"
 _UNREADABLE = ("EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing")
 
@@ -35,7 +39,8 @@ def read_gltf(path: Path, data: bytes) -> RawMesh:
     header, chunk = _container(path, data)
     _refuse(path, header)
     buffers = {str(i): _buffer(path, i, entry, chunk) for i, entry in enumerate(header.get("buffers", []))}
-    names, largest = _keep_geometry(path, header)
+    _check_nodes(path, header)
+    names, largest = _keep_geometry(path, header, {key: len(found) for key, found in buffers.items()})
     scene = trimesh.load_scene(BytesIO(json.dumps(header).encode()), file_type="gltf", resolver=buffers, process=False)
     placed = []
     for node in scene.graph.nodes_geometry:
@@ -109,7 +114,33 @@ def _buffer(path: Path, index: int, entry: dict[str, Any], chunk: bytes) -> byte
     return found
 
 
-def _keep_geometry(path: Path, header: dict[str, Any]) -> tuple[list[str], list[int]]:
+def _check_nodes(path: Path, header: dict[str, Any]) -> None:
+    """An error where a node is placed twice or below itself: a few such lists stand for a billion nodes."""
+    nodes = header.get("nodes", [])
+    placed = [child for node in nodes for child in node.get("children", ())]
+    twice = [child for child, count in Counter(placed).items() if count > 1]
+    roots = set(header["scenes"][header.get("scene", 0)].get("nodes", ()))
+    twice += sorted(roots & set(placed))
+    if twice:
+        problem = "has more than one parent" if twice[0] not in roots else "is both a root of the scene and a child"
+        raise InputError(path, f"nodes.{twice[0]}", problem, "export the scene again as a tree of nodes")
+
+
+def _check_accessor(path: Path, header: dict[str, Any], index: int, sizes: Mapping[str, int]) -> None:
+    """An error where an accessor lies outside its buffer; trimesh would make room for whatever count it names."""
+    accessor = header["accessors"][index]
+    view = header["bufferViews"][accessor["bufferView"]]
+    row = _BYTES[accessor["componentType"]] * _PARTS[accessor["type"]]
+    begin, count, stride = accessor.get("byteOffset", 0), accessor["count"], view.get("byteStride", row)
+    offset, length = view.get("byteOffset", 0), view["byteLength"]
+    whole = all(type(value) is int and value >= 0 for value in (begin, count, stride, offset, length))
+    inside = whole and offset + length <= sizes[str(view["buffer"])]
+    if not inside or (count and begin + (count - 1) * stride + row > length) or (count > 1 and stride < row):
+        problem = f"{count} values do not fit in the buffer"
+        raise InputError(path, f"accessors.{index}", problem, "export or copy the file again")
+
+
+def _keep_geometry(path: Path, header: dict[str, Any], sizes: Mapping[str, int]) -> tuple[list[str], list[int]]:
     """Take all but the triangles out of the header.
 
     Returns per primitive its material name, and the integer that stands for 1 in its positions. Each primitive gets a
@@ -139,7 +170,10 @@ def _keep_geometry(path: Path, header: dict[str, Any]) -> tuple[list[str], list[
             lean |= {"indices": primitive["indices"]} if "indices" in primitive else {}
             if "bufferView" not in accessor:  # only then is the compressed geometry the only one
                 lean["extensions"] = {_DRACO: primitive["extensions"][_DRACO]}
-            used |= {lean["attributes"]["POSITION"], lean.get("indices")}
+            for index in (lean["attributes"]["POSITION"], lean.get("indices")):
+                if index is not None and "extensions" not in lean:
+                    _check_accessor(path, header, index, sizes)
+                used.add(index)
             names.append(materials[primitive["material"]] if "material" in primitive else "")
             largest.append(_LARGEST[accessor["componentType"]] if accessor.get("normalized") else 1)
             kept.append(lean)

@@ -1,5 +1,6 @@
 """Which file a user means by a scene."""
 
+import os
 from pathlib import Path
 
 from depthsim.errors import InputError
@@ -23,12 +24,12 @@ def find_scene(scene: str | Path) -> Path:
     path = Path(scene)
     if str(path) == path.stem and path.stem in builtin_scenes():
         return resource("scenes", f"{path.stem}.yaml")
-    if path.is_dir():
+    if os.path.isdir(path):  # which, unlike Path's, takes any text
         for name in _IN_A_FOLDER:
             if (path / name).is_file():
                 return path / name
         raise InputError(path, "", "has no scene", "put one of " + ", ".join(_IN_A_FOLDER) + " there, or give a file")
-    if not path.exists():
+    if not os.path.exists(path):
         known = ", ".join(builtin_scenes())
         raise InputError(path, "", "no such scene", f"give a file, a run folder or one of {known}")
     if path.suffix.lower() not in (*SCENE_SUFFIXES, *SUFFIXES):

@@ -19,6 +19,13 @@ from depthsim.yamlfile import beside
 LARGEST, SMALLEST = 1e6, 1e-4
 """The width that a scene may have [m]."""
 
+MOST_REPEATED = 5_000_000
+"""Faces that a scene file may have without a mesh file as large: a line a mesh could otherwise fill any memory.
+
+Those of builders count three times, because they take time to build.
+"""
+_BUILT = 3
+
 _TO_Z_UP = {"z": np.eye(3), "y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])}
 
 
@@ -87,17 +94,25 @@ def read_parts(scene: str | Path, units: str | None = None, up: str | None = Non
 def _of_scene_file(path: Path, units: str | None, up: str | None) -> Parts:
     spec, entries = read_scene_file(path)
     parts = []
+    known: dict[str, Mesh] = {}
+    more = 0
     for i, entry in enumerate(entries):
         place = f"meshes.{i}"
+        key = entry.file or f"{entry.build} {sorted(entry.parameters.items())}"
+        weight = _BUILT if entry.build is not None else int(key in known)
         if entry.file is not None:
             file = beside(path, entry.file, f"{place}.file")
             if not file.is_file():
                 raise InputError(path, f"{place}.file", f"no such file: {entry.file}", "correct its name")
-            mesh = read_mesh(file)
+            mesh = known[key] = known.get(key) or read_mesh(file)
             unit, axis = units or entry.units or spec.units or "m", up or entry.up or spec.up or up_of(file)
         else:
-            mesh = _built(path, place, entry)
+            mesh = known[key] = known.get(key) or _built(path, place, entry)
             unit, axis = entry.units or "m", entry.up or "z"
+        more += len(mesh.faces) * weight
+        if more > MOST_REPEATED:
+            problem = f"the meshes placed again have over {MOST_REPEATED:,} faces, those of builders counted threefold"
+            raise InputError(path, place, problem, "place fewer of them")
         placed = transformed(_upright(mesh, unit, axis), *_placement(entry))
         parts.append(Part(entry.file or entry.build or "", place, placed, entry.tags, f"{unit}, {axis} up"))
     return Parts(spec.name or path.stem, path, tuple(parts), spec.tags, spec.trajectories)

@@ -46,7 +46,7 @@ def load_profile(choice: str | Path) -> Profile:
 
     An entry of ``effects`` is an id alone, which has its default parameters, or ``id: {parameter: value}``.
     """
-    path = _find(choice)
+    path = profile_path(choice)
     keys = read_mapping(path, "a sensor profile")
     unknown = [key for key in keys if key not in ("name", "camera", "effects", "description")]
     if unknown:
@@ -73,7 +73,8 @@ def _folder() -> Path:
     return Path(__file__).resolve().parent / "profiles"
 
 
-def _find(choice: str | Path) -> Path:
+def profile_path(choice: str | Path) -> Path:
+    """The file of a profile, as :func:`load_profile` finds it."""
     if str(choice) in profile_names():  # first, because a run's folder has a folder `clean`
         return _folder() / f"{choice}.yaml"
     path = Path(choice)
