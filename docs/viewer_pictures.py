@@ -118,7 +118,11 @@ def knobs(browser: "Browser") -> None:
 def gap(browser: "Browser", report: str) -> None:
     """A report: where the gap lies, and its causes."""
     with page_of(browser, report) as (page, session):
+        settle(session, choose(session.playback._slider, 25))
         settle(session, choose(session.gap._switches[0], True))
+        settle(session, choose(session.look.beside, "nothing"))
+        settle(session, choose(session.look.opacity, 1.0))
+        settle(session, choose(session.look.points, "1 in 16"))
         session._go_to("from outside")
         shoot(page, "viewer_gap.png")
 

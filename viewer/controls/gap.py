@@ -5,6 +5,7 @@ from collections.abc import Callable
 import viser
 
 from depthsim.gap.result import Cause, Cut
+from depthsim.gap.unknown import place_in_words
 from viewer.controls.handles import put
 from viewer.report import Report
 
@@ -85,12 +86,5 @@ def _table(cuts: tuple[Cut, ...]) -> str:
     """The first cuts as a table in Markdown."""
     lines = ["| share | where | what |", "| ---: | --- | --- |"]
     for cut in cuts[:8]:
-        lines.append(f"| {cut.share_of_gap:.0%} | {_place(cut)} | {cut.what} |")
+        lines.append(f"| {cut.share_of_gap:.0%} | {place_in_words(cut)} | {cut.what} |")
     return "\n".join(lines) if cuts else ""
-
-
-def _place(cut: Cut) -> str:
-    if cut.interval is None:
-        return f"{cut.axis}: {cut.label}" if cut.label else cut.axis
-    low, high = cut.interval
-    return f"{cut.axis} {low:.3g} to {high:.3g} {cut.unit}".strip()
