@@ -19,6 +19,8 @@ _LEADERS = 6
 _MOST = 6
 """How many causes are told at most."""
 _FAR_BEHIND = 2.0
+_DONE = 0.015
+"""With no more than this part of the gap left, no further cause is looked for."""
 _FIRST = 0.3
 """What the first cause must close at least: less is a name that happens to be near, not an explanation."""
 _OF_REST, _OF_ALL, _LARGE = 0.5, 0.01, 0.1
@@ -86,7 +88,7 @@ class Chooser:
         gap = self.before
         looked: list[tuple[Candidate, ...]] = []
         before: list[float] = []
-        while (model is None or len(model.parts) < _MOST) and self._left(gap) > 0.005:
+        while (model is None or len(model.parts) < _MOST) and self._left(gap) > _DONE:
             leaders = self.step(model, looked[-1] if looked else ())
             looked.append(tuple(leaders))
             before.append(gap)
