@@ -35,6 +35,12 @@ MEASURE = "Jensen-Shannon divergence of the errors' distributions, mean over all
 UNIT = "bits per pixel"
 _ABOVE_CHANCE, _ABOVE_IN_VIEW = 8.0, 14.0
 """How many standard deviations of two runs of one sensor the gap must be above them, in all and in one view."""
+_FAINT = 0.1
+"""With less than this part of the floor over it, and no effect that explains it, a gap is none."""
+_FAINTLY = (
+    "the recording differs from the simulator by more than chance, but by less than a tenth of what two runs of one "
+    "sensor differ by, and no effect explains it"
+)
 _EXPLAINED = 0.98
 Say = Callable[[str], None]
 
@@ -106,11 +112,11 @@ def investigate(
     before = judge.score(evidence.base)
     notes = _notes(evidence)
     if not _stands_out(before):
-        gap = _gap(before.gap, before.gap, before.floor, 0.0, (0.0, 0.0))
-        diagnosis = Diagnosis(verdict="no_gap", gap=gap, where=(), causes=(), unexplained=None, notes=notes)
-        return Findings(diagnosis, evidence, judge, profile, profile, before, before, None, [], [])
+        return _nothing(evidence, judge, profile, before, notes)
     bank = hypotheses(evidence.base, setting_of(evidence), without)
     choice = Chooser(evidence, judge, bank, before.gap, before.floor, say).run()
+    if not choice.model.parts and before.above < _FAINT * before.floor:
+        return _nothing(evidence, judge, profile, before, (*notes, _FAINTLY))
     effects = choice.model.build(evidence.base)
     say("locating the gap")
     places = locate(evidence, judge.ruler, evidence.base)
@@ -132,6 +138,13 @@ def investigate(
         notes=notes,
     )
     return Findings(diagnosis, evidence, judge, profile, fixed, before, after, choice, places, places_after)
+
+
+def _nothing(evidence: Evidence, judge: Judge, profile: Profile, before: Score, notes: tuple[str, ...]) -> Findings:
+    """What is told where there is no gap."""
+    gap = _gap(before.gap, before.gap, before.floor, 0.0, (0.0, 0.0))
+    diagnosis = Diagnosis(verdict="no_gap", gap=gap, where=(), causes=(), unexplained=None, notes=notes)
+    return Findings(diagnosis, evidence, judge, profile, profile, before, before, None, [], [])
 
 
 def remeasure(
