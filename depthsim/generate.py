@@ -1,6 +1,5 @@
 """From a scene, a trajectory and a sensor to a run on disk."""
 
-import hashlib
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -8,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from depthsim import __version__
@@ -55,6 +53,8 @@ def generate(
     threads: int | None = None,
     overwrite: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    caster: Caster | None = None,
+    save: Callable[[Scene, Path], None] = save_scene,
 ) -> Generated:
     """Write the run of ``profile`` along ``trajectory`` to the folder ``out``.
 
@@ -63,6 +63,7 @@ def generate(
 
     streams: which pictures to write, from :data:`STREAMS`; depth is always among them.
     progress: called with the frames that are done and the frames in all.
+    caster: of ``scene``, where there is one already. save: puts the scene into the folder in its own way.
     """
     materials = materials or load_materials()
     if profile.stereo is None and set(IR_STREAMS) & set(streams):
@@ -72,8 +73,8 @@ def generate(
         missing, total = writer.missing(), len(trajectory)
         progress(total - len(missing), total)
         if missing:
-            save_scene(scene, out)
-            sensor = open_sensor(profile, Caster(scene), camera, materials)
+            save(scene, out)
+            sensor = open_sensor(profile, caster or Caster(scene), camera, materials)
             maker = FrameMaker(sensor, trajectory, seed, streams)
             _write_frames(maker, writer, missing, total, threads or core_count(), progress)
         writer.finish()
@@ -98,7 +99,7 @@ def _describe(scene: Scene, profile: Profile, materials: Materials, seed: int) -
         "depthsim": __version__,
         "scene": scene.name,
         "faces": len(scene.faces),
-        "scene_digest": _digest(scene.vertices, scene.faces, scene.face_tags),
+        "scene_digest": scene.digest,
         "tags": list(scene.tags),
         "materials": {tag: materials[tag].model_dump(exclude=_NO_EFFECT) for tag in scene.tags},
         "profile": {key: value for key, value in yaml.safe_load(profile.to_yaml()).items() if key != "camera"},
@@ -109,13 +110,6 @@ def _describe(scene: Scene, profile: Profile, materials: Materials, seed: int) -
 
 _NO_EFFECT = {"source", "sources", "also", "color"}
 """The keys of a material that no picture depends on."""
-
-
-def _digest(*arrays: NDArray[Any]) -> str:
-    digest = hashlib.blake2b(digest_size=12)
-    for array in arrays:
-        digest.update(np.ascontiguousarray(array).data)
-    return digest.hexdigest()
 
 
 class FrameMaker:

@@ -1,5 +1,6 @@
 """A scene: triangles with a material tag each, in metres, z up."""
 
+import hashlib
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -44,6 +45,14 @@ class Scene:
         """(F,) areas of the faces [m²]."""
         a, b, c = (self.vertices[self.faces[:, corner]] for corner in range(3))
         return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
+
+    @cached_property
+    def digest(self) -> str:
+        """24 hexadecimal digits that stand for triangles and tags of faces: another scene has others."""
+        digest = hashlib.blake2b(digest_size=12)
+        for array in (self.vertices, self.faces, self.face_tags):
+            digest.update(np.ascontiguousarray(array).data)
+        return digest.hexdigest()
 
     @property
     def bounds(self) -> NDArray[np.float64]:

@@ -1,5 +1,6 @@
-"""`depthsim inspect`: what a scene or a run holds."""
+"""`depthsim inspect`: what a scene, a run or a sweep holds."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -9,17 +10,23 @@ from depthsim.cli.options import MaterialsFile, Tags, Units, Up, parse_tags
 
 
 def inspect(
-    what: Annotated[str, typer.Argument(help="A scene (name, scene file or mesh), or the folder of a run.")],
+    what: Annotated[str, typer.Argument(help="A scene (name, scene file or mesh), or the folder of a run or sweep.")],
     tag: Tags = None,
     units: Units = None,
     up: Up = None,
     materials: MaterialsFile = None,
+    draw: Annotated[int | None, typer.Option(min=0, help="Of a sweep: show this run. [default: one at random]")] = None,
+    preview: Annotated[Path | None, typer.Option(help="Of a sweep: write that run's pictures to this PNG.")] = None,
 ) -> None:
-    """Show what a scene or a run holds.
+    """Show what a scene, a run or a sweep holds.
 
-    Of a scene: materials, areas, sizes, holes and flipped faces. Of a run: camera, frames, depths and holes.
+    Of a scene: materials, areas, sizes, holes and flipped faces. Of a run: camera, frames, depths and holes. Of a
+    sweep: progress, rates, failures, and a run at random with what was drawn for it.
     """
-    if (Path(what) / "depth.txt").is_file() or (Path(what) / "run.yaml").is_file():
+    if "://" in what or (Path(what) / "plan.json").is_file():
+        _inspect_sweep(what, draw, preview)
+        return
+    if any(os.path.isfile(Path(what) / name) for name in ("depth.txt", "run.yaml")):
         _inspect_run(Path(what))
         return
     from rich.console import Console
@@ -52,3 +59,28 @@ def _inspect_run(path: Path) -> None:
     print(f"frame {middle}: depth {span}, {holes:.2%} holes")
     if console.is_terminal:
         console.print(terminal_picture(depth, min(console.width, 100)))
+
+
+def _inspect_sweep(what: str, draw: int | None, preview: Path | None) -> None:
+    from rich.console import Console
+
+    from depthsim.errors import InputError
+    from depthsim.runs import preview as sheet
+    from depthsim.runs.terminal import terminal_picture
+    from depthsim.sweep.show import State
+
+    state, console = State.read(what), Console()
+    print(state.text())
+    if draw is not None and not state.is_whole(draw):
+        raise InputError(what, f"run {draw}", "is not whole", "leave out --draw for one that is")
+    index = state.pick() if draw is None else draw
+    if index is None:
+        return
+    print(state.draw_text(index))
+    if console.is_terminal or preview is not None:
+        with state.open_run(index) as run:
+            if console.is_terminal:
+                console.print(terminal_picture(run.depth(len(run) // 2), min(console.width, 100)))
+            if preview is not None:
+                sheet.preview(run, preview)
+                print(f"{preview}: that run at a glance")

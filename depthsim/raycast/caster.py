@@ -1,6 +1,7 @@
 """The ray caster over one scene."""
 
 import os
+from copy import copy
 from functools import lru_cache
 
 import numpy as np
@@ -42,6 +43,15 @@ class Caster:
             from depthsim.raycast.fallback import EmbreexScene
 
             self._embreex = EmbreexScene(vertices, scene.faces)
+
+    def retagged(self, scene: Scene) -> "Caster":
+        """A caster over the same triangles with the tags of ``scene``; it shares the acceleration structure."""
+        if not (np.array_equal(scene.vertices, self.scene.vertices) and np.array_equal(scene.faces, self.scene.faces)):
+            raise ValueError(f"scene {scene.name!r} has other triangles than {self.scene.name!r}")
+        other = copy(self)
+        other.scene = scene
+        other._face_tags = np.concatenate([[np.uint8(NO_TAG)], scene.face_tags]).astype(np.uint8)
+        return other
 
     def cast(
         self,

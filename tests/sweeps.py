@@ -1,0 +1,96 @@
+"""A small sweep to try things on, and workers of the test's own process."""
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+
+from depthsim.sweep.events import Event, Job, event_of
+from depthsim.sweep.plan import Plan
+from depthsim.sweep.target import Target
+from depthsim.sweep.work import Maker
+from depthsim.sweep.worker import outcome
+
+ROOM = """
+o room
+usemtl cement
+v -3 -2 0
+v 3 -2 0
+v 3 2 0
+v -3 2 0
+v -3 -2 2.5
+v 3 -2 2.5
+v 3 2 2.5
+v -3 2 2.5
+f 1 2 3 4
+f 8 7 6 5
+f 1 5 6 2
+f 2 6 7 3
+usemtl plastic
+f 3 7 8 4
+f 4 8 5 1
+"""
+CAMERA = "{name: small, width: 106, height: 60, fx: 53, fy: 53, cx: 52.5, cy: 29.5, baseline: 0.05, rate: 30}"
+SWEEP = f"""
+name: small
+scenes: [room.obj, hall.obj]
+trajectories: ["circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward"]
+profiles: [paper, d435]
+seeds: 2
+draws: 2
+frames: 3
+camera: {CAMERA}
+random:
+  trajectory: {{speed: {{range: [0.5, 2.0]}}, radius: {{choice: [0.4, 0.6]}}}}
+  materials: {{plastic: [formboard, plastic]}}
+  surfaces: {{cement: {{m: {{range: [0.3, 0.5]}}}}}}
+  effects: {{disparity_noise: {{sigma: {{log_range: [0.02, 0.1]}}}}}}
+"""
+
+
+def write_sweep(folder: Path, text: str = SWEEP) -> Path:
+    """A folder with two scenes and a sweep of 16 runs of 3 frames over them; the path of the sweep."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "room.obj").write_text(ROOM)
+    (folder / "hall.obj").write_text(ROOM.replace("2.5", "3.5"))
+    (folder / "sweep.yaml").write_text(text)
+    return folder / "sweep.yaml"
+
+
+def tree(folder: Path, without: tuple[str, ...] = ("work.parquet",)) -> dict[str, str]:
+    """Every file under a folder by its relative path, as a hash of its bytes; not who made what, and how fast."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name not in without)
+    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+class Here:
+    """One worker in this process. spoil: is asked before each job; an event that it gives stands for the job's."""
+
+    def __init__(self, plan: Plan, target: Target, spoil: Callable[[Job], Event | None] = lambda job: None) -> None:
+        self.maker, self._spoil = Maker(plan, target), spoil
+        self._jobs: list[Job] = []
+        self.made: list[int] = []
+
+    def free(self) -> int:
+        return 2 - len(self._jobs)
+
+    def submit(self, job: Job) -> None:
+        self._jobs.append(job)
+
+    def wait(self, seconds: float) -> list[Event]:
+        if not self._jobs:
+            return []
+        job = self._jobs.pop(0)
+        spoilt = self._spoil(job)
+        if spoilt is not None:
+            return [spoilt]
+        frames: list[dict[str, int]] = []
+
+        def progress(done: int, total: int) -> None:
+            frames.append({"kind": "frame", "run": job.run, "done": done, "total": total})
+
+        message = outcome(self.maker, {"run": job.run, "expect": job.expect}, progress)
+        self.made.append(job.run)
+        return [*map(event_of, frames), event_of(message)]
+
+    def close(self) -> None:
+        self._jobs.clear()
