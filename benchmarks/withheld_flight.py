@@ -21,6 +21,7 @@ from rich.table import Table
 
 sys.path.insert(0, str(File(__file__).resolve().parents[1]))
 
+from benchmarks import withheld_flight_inverse as inverse
 from benchmarks.withheld_flight_data import (
     ARM,
     BASE_DRAG,
@@ -35,6 +36,7 @@ from benchmarks.withheld_flight_data import (
     random_path,
     with_columns,
 )
+from depthsim.flight.log import FlightLog
 from depthsim.flight.vehicle import Vehicle, load_vehicle
 from depthsim.gap.flight import Flown, examine
 
@@ -196,10 +198,10 @@ class Case:
         return (causes[0].effect, *causes[0].indistinguishable_from) if causes else ()
 
 
-def fly_case(
-    effects: tuple[Effect, ...], strength: str, seed: int, without: tuple[str, ...] = (), columns: str = ""
-) -> Case:
-    """Make a log and diagnose it."""
+def simulated(
+    effects: tuple[Effect, ...], strength: str, seed: int, columns: str = ""
+) -> tuple[FlightLog, Vehicle, str]:
+    """A log of the simulator, the vehicle without the effects, and what was flown."""
     rng = np.random.default_rng(seed)
     paths = [name for name in ALL if all(name in effect.paths for effect in effects)]
     path = random_path(rng, paths[int(rng.integers(len(paths)))], low=True)
@@ -209,13 +211,47 @@ def fly_case(
     noise = Noise(float(rng.uniform(0.05, 0.3)), attitude=float(rng.uniform(0.0, 0.004)))
     log = with_columns(flight(path, truth, noise, seed), columns)
     drag = all(effect.name != "rotor_drag" for effect in effects)
-    begin = time.perf_counter()
-    flown = examine([log], the_vehicle(drag), without)
-    case = Case(tuple(effect.name for effect in effects), strength, flown, time.perf_counter() - begin)
+    return log, the_vehicle(drag), f"{path.kind} {path.speed:.0f} m/s"
+
+
+def inverted(
+    effects: tuple[Effect, ...], strength: str, seed: int, columns: str = ""
+) -> tuple[FlightLog, Vehicle, str]:
+    """The same from inverse dynamics, with other formulas (withheld_flight_inverse.py)."""
+    rng = np.random.default_rng(seed)
+    paths = [name for name in ALL if all(name in effect.paths for effect in effects)]
+    kind = paths[int(rng.integers(len(paths)))]
+    drag, force = inverse.BASES[int(rng.integers(len(inverse.BASES)))]
+    if any(effect.name == "rotor_drag" for effect in effects):
+        drag, force = {"law": "none"}, lambda v, _: 0.0 * v
+    world = inverse.World()
+    for effect in effects:
+        if effect.name != "none":
+            world = inverse.EFFECTS[effect.name](rng, SIZES[strength])
+    log, words = inverse.fly(rng, kind, force, world)
+    return with_columns(log, columns), inverse.vehicle(drag), f"{words}, formula {world.variant}"
+
+
+SOURCES = {"simulator": simulated, "inverse": inverted}
+
+
+def fly_case(
+    effects: tuple[Effect, ...],
+    strength: str,
+    seed: int,
+    without: tuple[str, ...] = (),
+    columns: str = "",
+    source: str = "simulator",
+) -> Case:
+    """Make a log and diagnose it."""
+    log, vehicle, words = SOURCES[source](effects, strength, seed, columns)
+    begin = time.process_time()  # as long on a machine that does other things too
+    flown = examine([log], vehicle, without)
+    case = Case(tuple(effect.name for effect in effects), strength, flown, time.process_time() - begin)
     gap = flown.diagnosis.gap
     figures = f"{gap.before:.3f} {gap.after:.3f} {gap.floor:.3f} m/s², {case.seconds:.1f} s"
     told = f"{flown.diagnosis.verdict} {' = '.join(case.first)}, {figures}"
-    print(f"{' + '.join(case.effects)} {strength} on {path.kind} {path.speed:.0f} m/s: {told}", file=sys.stderr)
+    print(f"{' + '.join(case.effects)} {strength} {seed} on {words}: {told}", file=sys.stderr, flush=True)
     return case
 
 
@@ -229,9 +265,9 @@ def wilson(good: int, count: int) -> str:
     return f"{p:.0%} ({max(middle - half, 0):.0%} to {min(middle + half, 1):.0%}), {good} of {count}"
 
 
-def single(console: Console, logs: int, seed: int) -> None:
+def single(console: Console, logs: int, seed: int, source: str) -> None:
     cases = [
-        fly_case((effect,), strength, seed + 1000 * number + 100 * STRENGTHS.index(strength) + index)
+        fly_case((effect,), strength, seed + 1000 * number + 100 * STRENGTHS.index(strength) + index, source=source)
         for number, effect in enumerate(EFFECTS)
         for strength in STRENGTHS
         for index in range(logs)
@@ -256,7 +292,9 @@ def single(console: Console, logs: int, seed: int) -> None:
     closed = [case.flown.diagnosis.gap.closed_fraction for case in seen]
     console.print(f"closed fraction on held-out time, median: {np.median(closed):.3f}; aim 0.9")
     seconds = [case.seconds for case in cases]
-    console.print(f"a 45 s log: median {np.median(seconds):.1f} s, most {np.max(seconds):.1f} s; aim 5 s")
+    console.print(
+        f"a 45 s log: median {np.median(seconds):.1f} s of processor time, most {np.max(seconds):.1f} s; aim 5 s"
+    )
     confusion = Counter((case.effects[0], case.first[0] if case.first else "-") for case in seen if not named(case))
     for (truth, told), count in confusion.most_common():
         console.print(f"  {truth} taken for {told}: {count}")
@@ -269,13 +307,15 @@ def named(case: Case) -> bool:
     return case.effects[0] in case.first and len(case.first) <= 2
 
 
-def unknown(console: Console, logs: int, seed: int) -> None:
+def unknown(console: Console, logs: int, seed: int, source: str) -> None:
     cases = []
     for number, effect in enumerate(EFFECTS):
         for strength in STRENGTHS[1:]:
             for index in range(logs):
                 place = seed + 50_000 + 1000 * number + 100 * STRENGTHS.index(strength) + index
-                cases.append((effect, fly_case((effect,), strength, place, (effect.name, *effect.alike))))
+                cases.append(
+                    (effect, fly_case((effect,), strength, place, (effect.name, *effect.alike), source=source))
+                )
     table = Table("effect", "told, right axis", "told", "another name fits it", title="Withheld from the bank too")
     good, total = 0, 0
     misses = []
@@ -302,10 +342,10 @@ def told_unknown(case: Case, effect: Effect) -> bool:
     return unexplained is not None and any(cut.axis in effect.axes for cut in unexplained.where[:2])
 
 
-def none(console: Console, logs: int, seed: int) -> None:
+def none(console: Console, logs: int, seed: int, source: str) -> None:
     effect = Effect("none", lambda rng, k: Truth(), ALL, ())
     cases = [
-        fly_case((effect,), "medium", seed + 90_000 + index, columns=("", "total", "no_imu")[index % 3])
+        fly_case((effect,), "medium", seed + 90_000 + index, columns=("", "total", "no_imu")[index % 3], source=source)
         for index in range(10 * logs)
     ]
     false = [case for case in cases if case.flown.diagnosis.verdict != "no_gap"]
@@ -315,7 +355,7 @@ def none(console: Console, logs: int, seed: int) -> None:
         console.print(f"    {case.flown.diagnosis.verdict} {case.first} {where} {case.flown.diagnosis.gap}")
 
 
-def pairs(console: Console, logs: int, seed: int) -> None:
+def pairs(console: Console, logs: int, seed: int, source: str) -> None:
     chosen = [
         ("rotor_drag", "thrust_scale"), ("constant_wind", "imu_bias"), ("body_drag_quadratic", "imu_misalignment"),
         ("thrust_lag", "ground_effect"), ("gusting_wind", "thrust_scale"), ("rotor_drag", "constant_wind"),
@@ -338,7 +378,7 @@ def pairs(console: Console, logs: int, seed: int) -> None:
     console.print(f"both named: {wilson(both, total)}")
 
 
-def real(console: Console, logs: int, seed: int) -> None:
+def real(console: Console, logs: int, seed: int, source: str) -> None:
     from depthsim.flight.nanobench import read_any
     from depthsim.gap.flight.held_out import lateral_errors
 
@@ -381,10 +421,13 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=1000)
     parser.add_argument("--tier", default=",".join(TIERS))
+    parser.add_argument(
+        "--source", default="simulator", choices=SOURCES, help="of the flights, but for the tiers pairs and real"
+    )
     given = parser.parse_args()
     console = Console(width=None if sys.stdout.isatty() else 140)
     for name in given.tier.split(","):
-        TIERS[name](console, given.logs, given.seed)
+        TIERS[name](console, given.logs, given.seed, given.source)
 
 
 if __name__ == "__main__":

@@ -77,7 +77,7 @@ def test_a_withheld_effect_is_named_and_closes_the_gap(name: str, found: dict[st
         ("vertical_damping", "D_z", 0.5),
         ("ground_effect", "strength", 0.15),
         ("log_time_offset", "seconds", 0.03),
-        ("rotor_thrust_difference", "share", 1.0),
+        ("rotor_thrust_difference", "level", 0.973),
     ],
 )
 def test_parameters_are_found(name: str, parameter: str, truth: float, found: dict[str, Diagnosis]) -> None:

@@ -16,20 +16,27 @@ class Measurement(BaseModel):
 
     thrust: what the log calls thrust: that of the rotors, or what they were told, which the motors lag behind.
     late: what has its stamps late against the rest; ``recorder`` is accelerometer and thrust against the poses.
+    What a rotor makes is ``rotors.thrust_scale`` · ((1 - thrust_fade · t) · logged + thrust_offset), as batteries fade.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     thrust: Literal["actual", "command"] = "actual"
     imu_bias: Vector = Field((0.0, 0.0, 0.0), description="of the accelerometer along body x, y, z [m/s²]")
+    imu_drift: Vector = Field((0.0, 0.0, 0.0), description="how the bias grows from the log's start [m/s² per s]")
     imu_rotation: Vector = Field((0.0, 0.0, 0.0), description="rotation vector, accelerometer against body [rad]")
     time_offset: FiniteFloat = Field(0, ge=-1, le=1, description="[s] that ``late`` is late by")
     late: Late = "accelerometer"
+    thrust_offset: FiniteFloat = Field(0, description="[N] that each rotor makes over what is logged")
+    thrust_fade: FiniteFloat = Field(0, ge=-0.01, le=0.01, description="of the thrust, lost each second [1/s]")
 
     def of_thrusts(self, thrusts: Floats, lag: float, step: float) -> Floats:
         """(N, K) what is logged of the rotors' thrusts, ``step`` [s] apart, behind motors with a ``lag`` [s]."""
         if self.thrust == "command":
             thrusts = thrusts + lag * np.gradient(thrusts, step, axis=0)
+        if self.thrust_offset or self.thrust_fade:
+            left = np.maximum(1 - self.thrust_fade * step * np.arange(len(thrusts)), 0.1)
+            thrusts = (thrusts - self.thrust_offset) / left[:, None]
         late = self.late in ("thrust", "recorder") and self.time_offset
         return shifted(thrusts, 1 / step, self.time_offset) if late else thrusts
 
@@ -39,6 +46,8 @@ class Measurement(BaseModel):
             force = turned(force, self.imu_rotation)
         if self.late in ("accelerometer", "recorder") and self.time_offset:
             force = shifted(force, 1 / step, self.time_offset)
+        if any(self.imu_drift):
+            force = force + step * np.arange(len(force))[:, None] * np.array(self.imu_drift)
         return force + np.array(self.imu_bias) if any(self.imu_bias) else force
 
 

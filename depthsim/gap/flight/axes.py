@@ -19,6 +19,8 @@ from depthsim.gap.flight.record import Record
 
 _SLOW = 2.0
 """[Hz] what is learned on is smoothed a little more than the force."""
+_STILL = 0.1
+"""[m/s] a flight whose velocity goes over no more than this is a hover."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ def _part(problem: Problem, record: Record, s: Settings) -> State:
         return low_pass(columns, record.rate, _SLOW)
 
     rotations, rows = record.rotations, record.rows
-    wind = np.einsum("nji,j->ni", rotations, np.array(s.wind))
+    wind = np.broadcast_to(s.wind_along(record), record.velocity.shape)
+    wind = np.einsum("nji,nj->ni", rotations, wind)
     weight = problem.model.vehicle.weight
     thrust = slow(record.thrusts.sum(axis=1) / weight)
     force = slow(problem.model.force(record, s)) - slow(GRAVITY * rotations[:, 2])
@@ -178,5 +181,8 @@ AXES = (
 
 
 def axes_of(state: State) -> list[Axis]:
-    """Those that the logs have."""
+    """Those that the logs have: without places there are two less, and a hover lies on hardly any."""
+    low, high = np.percentile(state.velocity, (5, 95), axis=0)
+    if (high - low).max() < _STILL:
+        return [axis for axis in AXES if axis.name in ("axis", "thrust")]
     return [axis for axis in AXES if state.place is not None or axis.name not in ("altitude", "place")]

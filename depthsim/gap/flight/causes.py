@@ -110,14 +110,20 @@ def closed_share(before: float, after: float, floor: float) -> float:
 
 
 def _named(formula: Any, values: Sequence[float], problem: Problem) -> dict[str, Any]:
-    """Parameters by name; the biases of several logs as one list a log."""
+    """Parameters by name; biases as a list for each log and each time that they are given at."""
     if formula.effect == "imu_bias":
-        files = [list(values[3 * number : 3 * number + 3]) for number in range(len(problem.records.files))]
-        flat = [[rounded(value) for value in one] for one in files]
-        return {
-            f"bias, {Path(name).name}" if len(flat) > 1 else "bias": one
-            for name, one in zip(problem.records.files, flat, strict=True)
-        }
+        biases = np.reshape(values, (len(problem.records.files), -1, 3))
+        knots = biases.shape[1]
+        found = {}
+        for name, seconds, log in zip(problem.records.files, problem.base.seconds, biases, strict=True):
+            for at, bias in zip(np.linspace(0, seconds, knots), log, strict=True):
+                key = (
+                    "bias"
+                    + (f" at {at:.0f} s" if knots > 1 else "")
+                    + (f", {Path(name).name}" if len(biases) > 1 else "")
+                )
+                found[key] = [rounded(value) for value in bias]
+        return found
     return {parameter.name: rounded(value) for parameter, value in zip(formula.parameters, values, strict=True)}
 
 

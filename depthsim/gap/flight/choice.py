@@ -13,8 +13,9 @@ import numpy as np
 from depthsim.flight.table import Floats
 from depthsim.gap.blocks import paired
 from depthsim.gap.flight.axes import axes_of, state_of
-from depthsim.gap.flight.effects import UNEVEN, Formula
+from depthsim.gap.flight.effects import EACH, UNEVEN, logged_shares
 from depthsim.gap.flight.fit import Fit, empty_fit, extended, refitted
+from depthsim.gap.flight.formula import Formula
 from depthsim.gap.flight.learn import learn, learn_time
 from depthsim.gap.flight.problem import Problem
 from depthsim.gap.flight.series import Series, wind_series
@@ -28,21 +29,29 @@ _LEAST_SHARE = 0.01
 _TIE_T = 2.0
 _TIE_GAIN = 5.0
 _TIE_SHARE = 0.003
-"""Of what an effect explains: a difference below this belongs to its formula, not to its name."""
+"""Of what an effect explains: a difference below this belongs to its formula, not to its name. So it is only where the
+formula leaves as much: one that leaves nothing but noise is the right one."""
+_NOISE_SURE = 0.1
+"""How well the noise's power is known, relative."""
 _UNSURE_GAIN, _UNSURE_SHARE = 30.0, 0.05
 """Up to here a difference that is not the same in all blocks of time is no difference."""
-_COMMANDS = 0.4
-"""How far the force may speak of other uneven rotors than the logged thrusts do, relative."""
-_LASTING = 0.75
+_UNSURE_LEFT = 5.0
+"""The same over what the formula leaves."""
+_COMMANDS = 0.25
+"""How far the force may speak of other uneven rotors than the logged thrusts do, over what these differ by."""
+_LASTING = 0.5
 """Of what is learned in time: where so much is learned on an axis that lasts, it is no gust."""
 _FORMULA = 0.85
 """Of what gusts close: where a formula closes so much, it is the formula."""
 _AIRY = 0.6
 """Of what a free force in time closes: a wind closes so much of it, or it is no wind."""
 _LIKE_WIND = ("constant_wind", "imu_bias", "imu_misalignment")
+_TOLD = 9.0
+"""Of the loss: velocities that are noisier say nothing."""
 _GUSTS_SHARE = 0.05
 """Of what is closed with gusts: formulas alone must leave this much more, or they are what happened."""
 _SCALES = ("thrust_scale", "mass")
+_EVEN = 0.01
 
 Progress = Callable[[str], None]
 
@@ -128,7 +137,7 @@ def _gusts(fit: Fit, best: Fit | None) -> tuple[Series, Fit] | None:
     """
     problem = fit.problem
     with_all = wind_series(problem, fit.residual, fit.settings)
-    if with_all is None or not significant(with_all.gains):
+    if with_all is None or not significant(with_all.gains) or not _seen_by_velocities(fit, with_all):
         return None
     left = float(with_all.gains.sum())
     if best is not None and float((fit.loss - best.loss).sum()) > _FORMULA * left:
@@ -150,6 +159,16 @@ def _gusts(fit: Fit, best: Fit | None) -> tuple[Series, Fit] | None:
         if series is not None and still.loss.sum() - series.gains.sum() < fit.loss.sum() - left + LEAST_GAIN:
             return series, still
     return with_all, fit
+
+
+def _seen_by_velocities(fit: Fit, series: Series) -> bool:
+    """Whether velocities, where there are two channels, show a wind's force too; a sensor's error they do not."""
+    if fit.residual.shape[1] < 2:
+        return True
+    force, residual, weights = series.predicted[:, 1], fit.residual[:, 1], fit.problem.weights[1]
+    told = float((force**2 * weights).sum())
+    gain = float(((residual**2 - (residual - force) ** 2) * weights).sum())
+    return gain > 0 or told < _TOLD
 
 
 def _trials(fit: Fit, bank: Sequence[Formula]) -> list[Fit]:
@@ -210,8 +229,13 @@ def _exchanged(fit: Fit, bank: Sequence[Formula], start: Fit) -> tuple[Fit, tupl
                     better = trial
             alike = {name: trial for name, trial in trials.items() if _alike(trial, own or fit, rest)}
             uneven = alike.get("rotor_thrust_difference")
+            if uneven is not None and fit.effects[index] in _SCALES and not _differ(uneven):
+                del alike["rotor_thrust_difference"]
             if better is None and uneven is not None and _explains_commands(uneven) and fit.effects[index] in _SCALES:
                 better = uneven
+            if better is None and fit.formulas[index].name == EACH:
+                # Rotors are told apart only where their own scales say more than one scale for all.
+                better = next((alike[name] for name in _SCALES if name in alike), None)
             if _explains_commands(fit, index):
                 alike = {name: trial for name, trial in alike.items() if name not in _SCALES}
             found.append(alike)
@@ -222,8 +246,24 @@ def _exchanged(fit: Fit, bank: Sequence[Formula], start: Fit) -> tuple[Fit, tupl
 
 
 def _explains_commands(fit: Fit, index: int = -1) -> bool:
-    """Whether rotors as uneven as the log's thrusts speak of also explain the force; a common scale does not."""
-    return fit.formulas[index].name == UNEVEN and abs(fit.values[index][0] - 1) < _COMMANDS
+    """Whether rotors as uneven as the log's thrusts speak of also explain the force; a common scale does not.
+
+    Rotors that push as the log says, and others that do not, are together between the weakest and the strongest.
+    """
+    formula = fit.formulas[index]
+    shares = logged_shares(fit.problem.records) if formula.name == UNEVEN else None
+    if shares is None:
+        return False
+    margin = _COMMANDS * (max(shares) - min(shares))
+    return min(shares) - margin < fit.values[index][0] < max(shares) + margin
+
+
+def _differ(fit: Fit) -> bool:
+    """Whether the last formula, if it has a scale for each rotor, has them differ; alike they are a thrust scale."""
+    if fit.formulas[-1].name != EACH:
+        return True
+    values, errors = np.array(fit.values[-1]), fit.errors[-1]
+    return bool(np.ptp(values) > max(_EVEN, 3 * float(errors.max())))
 
 
 def _by_effect(trials: Sequence[Fit]) -> dict[str, Fit]:
@@ -234,9 +274,12 @@ def _by_effect(trials: Sequence[Fit]) -> dict[str, Fit]:
 
 def _alike(other: Fit, chosen: Fit, rest: Fit) -> bool:
     """Whether the held-out data do not tell the other from the chosen."""
+    problem = chosen.problem
     difference = paired(other.loss, chosen.loss)
     gain = difference.mean * len(other.loss)
     whole = float(rest.loss.sum() - chosen.loss.sum())
-    if gain < max(_TIE_GAIN, _TIE_SHARE * whole):
+    expected = problem.worth * problem.measured.size
+    left = max(float(chosen.loss.sum()) - expected, _NOISE_SURE * expected)
+    if gain < max(_TIE_GAIN, min(_TIE_SHARE * whole, left)):
         return True
-    return difference.t < _TIE_T and gain < max(_UNSURE_GAIN, _UNSURE_SHARE * whole)
+    return difference.t < _TIE_T and gain < max(_UNSURE_GAIN, min(_UNSURE_SHARE * whole, _UNSURE_LEFT * left))

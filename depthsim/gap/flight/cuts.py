@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.flight.table import Floats
-from depthsim.gap.flight.axes import Axis, State, axes_of
+from depthsim.gap.flight.axes import AXES, Axis, State
 from depthsim.gap.flight.learn import Learned
 from depthsim.gap.flight.problem import Problem
 from depthsim.gap.result import Cut, What
@@ -22,7 +22,7 @@ def cuts(
     problem: Problem, residual: Floats, state: State, learned: Sequence[Learned], noise: Floats
 ) -> tuple[Cut, ...]:
     """The axes in the order of ``learned``. residual: (n, A) [m/s²]; noise: (A,)."""
-    axes = {axis.name: axis for axis in axes_of(state)}
+    axes = {axis.name: axis for axis in AXES}
     found: list[Cut] = []
     for one in learned:
         if one.closed < _LEAST or len(found) == _MOST:

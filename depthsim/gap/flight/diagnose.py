@@ -45,9 +45,9 @@ def examine(
         raise InputError("--without", unknown[0], "is no effect of a flight", f"name one of {', '.join(EFFECTS)}")
     told("reading forces")
     records = prepare(logs, vehicle)
-    base = base_settings(vehicle, len(records.files))
+    base = base_settings(vehicle, [log.duration for log in logs])
     problem, notes = make_problem(records, Model(vehicle), base), list(records.notes)
-    formulas = bank(records, problem.base, without)
+    formulas = bank(records, problem.base, vehicle.rotors.radius, without)
     told("noise and axes")
     choice = choose(problem, formulas, "gusting_wind" not in without, told)
     quieter = with_noise(problem, choice.fit.settings)
@@ -61,11 +61,13 @@ def examine(
         notes.append(
             f"the thrust in the log is read as a command, which the motors follow with the vehicle's {lag:g} s"
         )
-        choice = choose(problem, bank(records, problem.base, without), "gusting_wind" not in without, told)
+        choice = choose(
+            problem, bank(records, problem.base, vehicle.rotors.radius, without), "gusting_wind" not in without, told
+        )
     told("what is left")
     flown = _flown(problem, choice, vehicle, seed, notes, ())
     nearest: tuple[str, ...] = ()
-    while choice.fit.formulas and (kept := sound(flown)) != tuple(range(len(choice.fit.formulas))):
+    while choice.fit.formulas and (kept := sound(flown, bool(nearest))) != tuple(range(len(choice.fit.formulas))):
         nearest = (*nearest, *(name for index, name in enumerate(choice.fit.effects) if index not in kept))
         choice = only(choice, kept)
         flown = _flown(problem, choice, vehicle, seed, notes, nearest)

@@ -13,13 +13,14 @@ from itertools import pairwise
 import numpy as np
 
 from depthsim.flight.table import Floats
-from depthsim.gap.flight.effects import Formula
+from depthsim.gap.flight.formula import Formula
 from depthsim.gap.flight.model import Settings
 from depthsim.gap.flight.problem import Problem, Values
 
 _TILT = 0.005
 """[rad] how well the attitude in a log is known to be the body's: 0.3 degrees."""
 _ROUNDS = 4
+_SHORTER = 0.3
 _SETTLED = 1e-5
 """Of the loss: a step that promises less is not taken."""
 
@@ -150,38 +151,40 @@ def refitted(problem: Problem, formulas: Sequence[Formula], values: Values | Non
 def _iterate(
     problem: Problem, formulas: tuple[Formula, ...], values: Values, tilts: Floats, known: Floats | None
 ) -> Fit:
-    """Gauss-Newton. known: columns that are kept, of the tilts and of all formulas but the last."""
+    """Gauss-Newton; a step that makes it worse is taken shorter. known: columns that are kept, of the tilts and of all
+    formulas but the last."""
     fresh = range(len(formulas)) if known is None else range(len(formulas) - 1, len(formulas))
     linear = all(formulas[index].linear for index in fresh)
     best: Fit | None = None
+    least, step, turns = np.inf, np.zeros(0), 0
     new: list[Floats] = []
-    for turn in range(_ROUNDS):
+    for _ in range(2 * _ROUNDS):
         predicted = problem.predict(problem.settings(formulas, values))
+        residual = problem.measured - predicted - problem.tilts @ tilts
+        loss = _whole_loss(problem, residual, tilts)
+        if best is not None and not loss <= least:
+            if linear or np.abs(step).max() == 0:
+                break
+            step = _SHORTER * step
+            values, tilts = _moved(formulas, best.values, step[len(tilts) :]), best.tilts + step[: len(tilts)]
+            continue
         if not (linear and new):
             new = [_columns(problem, formulas, values, index, predicted) for index in fresh]
         columns = np.concatenate([problem.tilts if known is None else known, *new], axis=-1)
-        residual = problem.measured - predicted - problem.tilts @ tilts
-        fit = Fit(problem, formulas, values, tilts, residual, columns)
-        if best is None or _whole_loss(fit) <= _whole_loss(best):
-            best = fit
-        else:
+        settled = best is not None and least - loss < max(0.05, _SETTLED * loss)
+        best, least = Fit(problem, formulas, values, tilts, residual, columns), loss
+        turns += 1
+        if not columns.shape[-1] or (linear and turns == 2) or turns == _ROUNDS or (settled and not linear):
             break
-        if not columns.shape[-1] or (linear and turn == 1):
-            break
-        matrix, vector, prior, pull = fit.normal
+        matrix, vector, prior, pull = best.normal
         step = _solve(matrix.sum(axis=0) + np.diag(prior), vector.sum(axis=0) + pull)
-        moved = _moved(formulas, values, step[len(tilts) :])
-        change = vector.sum(axis=0) + pull
-        values, tilts = moved, tilts + step[: len(tilts)]
-        if turn and abs(float(change @ step)) < max(0.05, _SETTLED * _whole_loss(fit)):
-            break
+        values, tilts = _moved(formulas, values, step[len(tilts) :]), tilts + step[: len(tilts)]
     assert best is not None
     return best
 
 
-def _whole_loss(fit: Fit) -> float:
-    tilts = float((fit.tilts**2).sum()) / _TILT**2
-    return float(np.einsum("bca,ca->", fit.sums[2], fit.problem.weights)) + tilts
+def _whole_loss(problem: Problem, residual: Floats, tilts: Floats) -> float:
+    return float(np.einsum("nca,nca,ca->", residual, residual, problem.weights) + (tilts**2).sum() / _TILT**2)
 
 
 def _columns(problem: Problem, formulas: tuple[Formula, ...], values: Values, index: int, predicted: Floats) -> Floats:
@@ -200,10 +203,13 @@ def _columns(problem: Problem, formulas: tuple[Formula, ...], values: Values, in
 
 def _bias_columns(problem: Problem, out: Floats) -> Floats:
     out[:] = 0.0
+    knots = out.shape[-1] // (3 * len(problem.records.files))
     at = 0
     for part in problem.records.parts:
+        hats = part.hats(knots)
         for axis, body in enumerate(problem.records.axes):
-            out[at : at + len(part), 0, axis, 3 * part.file + body] = 1.0
+            first = 3 * knots * part.file + body
+            out[at : at + len(part), 0, axis, first : first + 3 * knots : 3] = hats
         at += len(part)
     return out
 

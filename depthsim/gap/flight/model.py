@@ -24,24 +24,49 @@ Law = tuple[int, tuple[float, float, float]]
 class Settings:
     """All that the effects change.
 
-    mass [kg]. laws: the forces of the air, by the slot they stand in: ``rotor``, ``body`` or ``vertical``.
-    wind: (3,) [m/s]. scales: (K,) thrust of each rotor over what the log says. lag [s] of the thrust behind the log, in
-    ``lag_order`` equal steps. ground: None without one. bias: (F, 3) of the accelerometer in each log [m/s²].
-    rotation: rotation vector of the accelerometer against the body [rad]. delays [s]: by what lags behind:
-    ``accelerometer``, ``thrust``, or ``recorder`` (both of them behind the poses).
+    mass [kg]. seconds: (F,) of the logs.
+    laws: the forces of the air, by the slot they stand in: ``rotor``, ``body``, ``box``, ``vertical`` or ``face``.
+    inflow [s/m]: of the thrust, lost for each m/s of climb.
+    wind: (3,) [m/s]; with ``shear``, a height [m] and an exponent, it is the wind there, by the power law.
+    scales: (K,) thrust of each rotor over what the log says; offset [N] and fade [1/s] come before, as in
+    ``measurement``. lag [s] of the thrust behind the log, in ``lag_order`` equal steps. ground: None without one.
+    bias: (F, B, 3) of the accelerometer in each log [m/s²], B values evenly over the log's time, straight between.
+    rotation: rotation vector of the accelerometer against the body [rad].
+    delays [s]: by what lags behind: ``accelerometer``, ``thrust``, or ``recorder`` (both of them behind the poses).
     """
 
     mass: float
     scales: tuple[float, ...]
-    files: int
+    seconds: tuple[float, ...]
     laws: Mapping[str, Law] = field(default_factory=dict)
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    shear: tuple[float, float] | None = None
+    inflow: float = 0.0
+    offset: float = 0.0
+    fade: float = 0.0
     lag: float = 0.0
     lag_order: int = 1
     ground: GroundEffect | None = None
     bias: tuple[float, ...] = ()
     rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
     delays: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def files(self) -> int:
+        """How many logs there are."""
+        return len(self.seconds)
+
+    def wind_along(self, record: Record) -> Floats:
+        """(N_all, 3) or (3,) the wind that a record flies through, in the world [m/s]."""
+        wind = np.array(self.wind)
+        if self.shear is None or record.log.position is None:
+            return wind
+        height, exponent = self.shear
+        return np.asarray((np.maximum(record.log.position[:, 2:], 0) / height) ** exponent * wind)
+
+    def biases(self, file: int) -> Floats:
+        """(B, 3) of a log."""
+        return np.array(self.bias).reshape(self.files, -1, 3)[file]
 
     def with_law(self, slot: str, law: Law) -> "Settings":
         """With another law in a slot."""
@@ -57,16 +82,17 @@ class Model:
     def force(self, record: Record, s: Settings) -> Floats:
         """(N_all, 3) specific force in the body frame [m/s²], unfiltered."""
         thrusts = self.thrusts(record, s)
-        laws = s.laws
         out = np.zeros((len(record.velocity), 3))
-        if laws:
-            air = record.velocity
-            if any(s.wind):
-                air = air - np.einsum("nji,j->ni", record.rotations, np.array(s.wind))
-            for code, parameters in laws.values():
-                out += drag_force(
-                    code, np.asarray(parameters), self.vehicle.rotor_positions, air, record.log.rates, thrusts
-                )
+        air = record.velocity
+        if any(s.wind) and (s.laws or s.inflow):
+            wind = np.broadcast_to(s.wind_along(record), air.shape)
+            air = air - np.einsum("nji,nj->ni", record.rotations, wind)
+        for code, parameters in s.laws.values():
+            out += drag_force(
+                code, np.asarray(parameters), self.vehicle.rotor_positions, air, record.log.rates, thrusts
+            )
+        if s.inflow:
+            out[:, 2] -= s.inflow * thrusts.sum(axis=1) * air[:, 2]
         if s.ground is not None and record.log.position is not None:
             factor = s.ground.factors(self.rotor_heights(record), self.vehicle.rotors.radius)
             out[:, 2] += (thrusts * factor).sum(axis=1)
@@ -82,6 +108,10 @@ class Model:
         late = s.delays.get("thrust", 0.0)
         if late:
             thrusts = shifted(thrusts, record.rate, late)
+        if s.fade:
+            thrusts = thrusts * (1 - s.fade * record.since)[:, None]
+        if s.offset:
+            thrusts = thrusts + s.offset
         if any(scale != 1.0 for scale in s.scales):
             thrusts = thrusts * np.array(s.scales)
         return thrusts
@@ -98,7 +128,8 @@ class Model:
         out = np.moveaxis(record.smooth(np.stack(channels[:1] if alike else channels, axis=1)), 1, 0)
         out = np.concatenate([out, out]) if alike else out.copy()
         if s.bias and record.channels[0] == ACCELEROMETER:
-            out[0] += np.array(s.bias[3 * record.file : 3 * record.file + 3])
+            biases = s.biases(record.file)
+            out[0] += record.hats(len(biases)) @ biases
         return out
 
     def unfiltered(self, record: Record, s: Settings) -> list[Floats]:

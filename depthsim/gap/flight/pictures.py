@@ -19,7 +19,8 @@ _SHOWN = ("speed", "airspeed_direction", "thrust", "acceleration", "angular_rate
 def axes_png(flown: Flown) -> bytes:
     """RMS of the residual above the noise along every axis, before and after the causes were added."""
     axes = [axis for axis in axes_of(flown.state) if axis.name in _SHOWN]
-    figure, panels = _figure(2, 3, (10.0, 5.4))
+    rows = -(-len(axes) // 3)
+    figure, panels = _figure(rows, 3, (10.0, 2.7 * rows))
     noise = 0 * flown.noise
     shape = np.sqrt(len(flown.noise))
     for panel, axis in zip(panels.ravel(), axes, strict=False):
@@ -32,6 +33,7 @@ def axes_png(flown: Flown) -> bytes:
         panel.axhline(flown.diagnosis.gap.floor, color=_FLOOR, lw=1.2, ls=(0, (4, 2)), label="noise")
         panel.set_xlabel(f"{axis.name.replace('_', ' ')} [{axis.unit}]")
         panel.set_ylim(bottom=0)
+        panel.locator_params(axis="x", nbins=5)
         _plain(panel)
     for panel in panels.ravel()[len(axes) :]:
         panel.set_axis_off()
@@ -54,7 +56,7 @@ def time_png(flown: Flown) -> bytes:
         _line(panel, time, flown.after[rows, number], _AFTER, "after")
         panel.set_ylabel(f"body {'xyz'[axis]} [m/s²]")
         _plain(panel)
-    panels.ravel()[0].legend(frameon=False, fontsize=9, ncols=3, loc="upper right")
+    panels.ravel()[0].legend(frameon=False, fontsize=9, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     panels.ravel()[-1].set_xlabel("time in the air [s]")
     return _png(figure)
 

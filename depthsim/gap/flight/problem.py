@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthsim.flight.fit.motion import CUTOFF
 from depthsim.flight.table import Floats
 from depthsim.gap.blocks import contiguous
-from depthsim.gap.flight.effects import Formula
+from depthsim.gap.flight.formula import Formula
 from depthsim.gap.flight.model import Model, Settings
 from depthsim.gap.flight.noise import noise_levels
 from depthsim.gap.flight.record import Records

@@ -21,6 +21,7 @@ from depthsim.flight.fit.thrust import fit_thrust_map
 from depthsim.flight.log import FlightLog
 from depthsim.flight.table import Floats
 from depthsim.flight.vehicle import Vehicle
+from depthsim.gap.flight.columns import check_units, measured_columns
 
 ACCELEROMETER, VELOCITIES = "accelerometer", "velocities"
 _THINNED = 4
@@ -35,14 +36,16 @@ _SHORTEST = 6.0
 class Record:
     """A stretch of a flight on even stamps.
 
-    log: resampled. file: which of the logs given it belongs to. rate [Hz]. rows: the N samples that are in the air and
-    kept. thrusts: (N_all, K) of the rotors as logged [N]. velocity: (N_all, 3) over ground, in the body [m/s].
+    log: resampled. file: which of the logs given it belongs to. span: that log's first and last stamp [s]. rate [Hz].
+    rows: the N samples that are in the air and kept. thrusts: (N_all, K) of the rotors as logged [N].
+    velocity: (N_all, 3) over ground, in the body [m/s].
     rotations: (N_all, 3, 3). channels: their names. measured: (C, n, 3) low-passed specific force [m/s²].
     raw: (C, N_all, 3) the same before the low-pass.
     """
 
     log: FlightLog
     file: int
+    span: tuple[float, float]
     rate: float
     rows: NDArray[np.int_]
     thrusts: Floats
@@ -64,6 +67,18 @@ class Record:
     def seconds(self) -> float:
         """[s] in the air."""
         return len(self) * self.step
+
+    @property
+    def since(self) -> Floats:
+        """(N_all,) [s] from the start of the log."""
+        return np.asarray(self.log.t - self.span[0])
+
+    def hats(self, knots: int) -> Floats:
+        """(n, knots) shares of values that stand evenly over the log, one of them all along; straight lines between."""
+        if knots == 1:
+            return np.ones((len(self), 1))
+        at = np.linspace(*self.span, knots)
+        return np.stack([np.interp(self.log.t[self.rows], at, one) for one in np.eye(knots)], axis=1)
 
     def smooth(self, columns: Floats) -> Floats:
         """Columns (N_all, ...) low-passed like the force, at the kept rows."""
@@ -93,6 +108,11 @@ def prepare(logs: Sequence[FlightLog], vehicle: Vehicle) -> Records:
     notes: list[str] = []
     motions: list[Motion] = []
     files: list[int] = []
+    mended = [measured_columns(log) for log in logs]
+    logs = [log for log, _ in mended]
+    for log in logs:
+        check_units(log, vehicle)
+    notes.extend(one for _, said in mended for one in said)
     for number, log in enumerate(logs):
         pieces, said = _pieces(log)
         notes.extend(said)
@@ -107,7 +127,10 @@ def prepare(logs: Sequence[FlightLog], vehicle: Vehicle) -> Records:
     mapped = None if known else fit_thrust_map(motions)
     thrusts, thrust_from = rotor_thrusts(motions, vehicle, mapped)
     axes = (0, 1) if thrust_from == "the accelerometer" else (0, 1, 2)
-    parts = tuple(_record(motion, file, thrust) for motion, file, thrust in zip(motions, files, thrusts, strict=True))
+    spans = [(float(log.t[0]), float(log.t[-1])) for log in logs]
+    parts = tuple(
+        _record(motion, file, spans[file], thrust) for motion, file, thrust in zip(motions, files, thrusts, strict=True)
+    )
     notes.extend(_told(logs, parts, thrust_from))
     return Records(
         parts=parts,
@@ -121,7 +144,7 @@ def prepare(logs: Sequence[FlightLog], vehicle: Vehicle) -> Records:
     )
 
 
-def _record(motion: Motion, file: int, thrusts: Floats) -> Record:
+def _record(motion: Motion, file: int, span: tuple[float, float], thrusts: Floats) -> Record:
     log, rate = motion.log, motion.rate
     stride = max(1, int(rate / (_THINNED * CUTOFF)))
     rows = np.arange(motion.airborne.start, motion.airborne.stop, stride)
@@ -139,6 +162,7 @@ def _record(motion: Motion, file: int, thrusts: Floats) -> Record:
     return Record(
         log=log,
         file=file,
+        span=span,
         rate=rate,
         rows=rows,
         thrusts=np.ascontiguousarray(thrusts),

@@ -36,8 +36,11 @@ def page_of(flown: Flown) -> Page:
     _where(page, flown)
     if diagnosis.unexplained is not None:
         page.section("What is left").text(diagnosis.unexplained.description)
-        rows = [[cut.axis.replace("_", " "), words.place(cut), cut.text] for cut in diagnosis.unexplained.where]
-        page.table(["axis", "most of it at", "in words"], rows)
+        rows: list[list[Cell]] = [
+            [cut.axis.replace("_", " "), words.place(cut), Bar(cut.share_of_gap), cut.what, words.learned(cut)]
+            for cut in diagnosis.unexplained.where
+        ]
+        page.table(["axis", "most of it at", "share of the rest", "kind", "what can be learned"], rows)
     steps = words.next_steps(diagnosis)
     if steps:
         page.section("What to do next").items(steps)
@@ -71,10 +74,10 @@ def _where(page: Page, flown: Flown) -> None:
     diagnosis = flown.diagnosis
     if diagnosis.where:
         rows: list[list[Cell]] = [
-            [cut.axis.replace("_", " "), words.place(cut), Bar(cut.share_of_gap), cut.what, cut.text]
+            [cut.axis.replace("_", " "), words.place(cut), Bar(cut.share_of_gap), cut.what, words.learned(cut)]
             for cut in diagnosis.where
         ]
-        page.table(["axis", "most of it at", "share of the gap", "kind", "in words"], rows)
+        page.table(["axis", "most of it at", "share of the gap", "kind", "what can be learned"], rows)
     page.picture(
         axes_png(flown),
         "What the model misses along each axis, before and after the causes were added, beside the noise. Each point "

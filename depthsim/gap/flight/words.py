@@ -60,6 +60,11 @@ def place(cut: Cut) -> str:
     return f"{cut.label} {cut.unit}".strip()
 
 
+def learned(cut: Cut) -> str:
+    """What a correction learned on the axis would close."""
+    return cut.text.rpartition("; ")[2]
+
+
 def next_steps(diagnosis: Diagnosis) -> list[str]:
     """What to do now."""
     steps = []
