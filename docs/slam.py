@@ -55,7 +55,7 @@ def scores(made: dict[tuple[str, str], Run], folder: Path) -> Table:
                 found = estimate(run, system)
                 try:
                     row = row_of(
-                        run.path.name, system, len(run), score(run.trajectory, found.trajectory), found.seconds
+                        run.path.name, system, found.frames, score(run.trajectory, found.trajectory), found.seconds
                     )
                 except InputError:
                     continue  # lost at once

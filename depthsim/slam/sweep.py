@@ -70,9 +70,9 @@ def sweep(
                     tell(f"{name}: {system} lost its track at once")
                     cases.append(Case(profile, speed, system, noise, len(made), None))
                     continue
-                put_row(out / RESULTS, row_of(name, system, len(made), figures, found.seconds))
-                cases.append(Case(profile, speed, system, noise, len(made), figures))
-                tell(f"{name}: {system} ATE {100 * figures.ate:.2f} cm, {figures.matched} of {len(made)} frames")
+                put_row(out / RESULTS, row_of(name, system, found.frames, figures, found.seconds))
+                cases.append(Case(profile, speed, system, noise, found.frames, figures))
+                tell(f"{name}: {system} ATE {100 * figures.ate:.2f} cm, {figures.matched} of {found.frames} frames")
     write_whole(out / "sweep.png", picture(cases, run.path.name))
     return cases
 

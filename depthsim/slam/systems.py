@@ -26,7 +26,8 @@ class Estimate:
     """What a system made of a run.
 
     trajectory: poses of the optical frame in that of the first frame, at the stamps of the frames that it tracked.
-    frames: those it was given. seconds: the time it took, reading the pictures included.
+    frames: those it was given, which may be fewer than the run has. seconds: the time it took, reading the pictures
+    included.
     """
 
     system: str
@@ -48,14 +49,19 @@ def estimate(run: Run, system: str, progress: Progress = lambda done, total: Non
     module = importlib.import_module(f"depthsim.slam.{SYSTEMS[system]}")
     begin = time.monotonic()
     poses: list[NDArray[np.float64]] = []
-    for pose in module.track(run):
+    given, skipped = [], 0
+    for index, pose in enumerate(module.track(run)):
+        progress(index + 1, len(run))
+        if pose is None:
+            skipped += 1
+            continue
         if not np.isfinite(pose).all():
             break
         poses.append(np.array(pose, np.float64))
-        progress(len(poses), len(run))
+        given.append(index)
     seconds = time.monotonic() - begin
-    trajectory = to_trajectory(run.stamps[: len(poses)], np.array(poses), f"estimate of {system}")
-    return Estimate(system, trajectory, len(run), seconds)
+    trajectory = to_trajectory(run.stamps[given], np.array(poses), f"estimate of {system}")
+    return Estimate(system, trajectory, len(run) - skipped, seconds)
 
 
 def to_trajectory(stamps: NDArray[np.float64], poses: NDArray[np.float64], name: str) -> Trajectory:
