@@ -34,6 +34,8 @@ it. A true cause closes its own part of the gap; the rest of a misfit is one for
 _TIED, _NEAR, _ALIKE = 0.01, 0.15, 0.3
 """Effects whose closed fractions differ by less than the first are not told apart, however sure the difference; by more
 than the second, or by a larger part than the third of what the better one closes, they are no rivals."""
+_SETTLING, _SETTLED = 6, 1e-4
+"""How many rounds the chosen causes are fitted once more, and what a round must gain for another."""
 _PLIANT = 4
 """With so many parameters an effect can take up much of what is another's."""
 Say = Callable[[str], None]
@@ -107,7 +109,8 @@ class Chooser:
             ties.pop(model.parts[least].effect, None)
             model = self.fit(model.less(least), 3)
             shares = self._shares(model)
-        return Choice(model, shares, ties, tuple(looked))
+        self.say("settling the parameters")
+        return Choice(self._settled(model), shares, ties, tuple(looked))
 
     def _supported(self, before: float, leaders: Sequence[Candidate], first: bool) -> bool:
         """Whether what the first of ``leaders`` closes is enough to name it."""
@@ -204,6 +207,11 @@ class Chooser:
         if polished and len(model.x) <= 6:
             model = refine(polish(model, *arguments, (1.0, 0.4)), *arguments, 2)
         return model
+
+    def _settled(self, model: Model) -> Model:
+        """The model with parameters as fine as the frames for fitting tell them."""
+        arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
+        return refine(model, *arguments, _SETTLING, _SETTLED, both_sides=True)
 
     def _screen(self, so_far: Model | None) -> list[Model]:
         """The bank on top of ``so_far``, best first, after a first look at all of it; of each effect its best form."""

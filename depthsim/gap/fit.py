@@ -78,8 +78,22 @@ def start(hypothesis: Hypothesis, base: Sequence[Effect], target: Floats, roots:
     return min(tries, key=lambda model: model.loss)
 
 
-def refine(model: Model, base: Sequence[Effect], target: Floats, roots: Roots, rounds: int) -> Model:
+def refine(
+    model: Model,
+    base: Sequence[Effect],
+    target: Floats,
+    roots: Roots,
+    rounds: int,
+    least_gain: float = 0.004,
+    both_sides: bool = False,
+) -> Model:
     """Levenberg–Marquardt. The random numbers are the same at every step, so that the loss is smooth.
+
+    least_gain: it ends when a round takes no more than this part off the loss. Most of the loss is chance, as long as
+    there are many bins: what tells one value of a parameter from the next is a small part of it.
+
+    both_sides: slopes from a move to either side. Part of the chance is drawn anew by a move, and by moves to one side
+    alone the parameters would drift to that side.
 
     Rare bins grow as the root of a strength, and steps from a strength of nothing come out too short: a step that
     helps is doubled for as long as it goes on helping.
@@ -91,7 +105,7 @@ def refine(model: Model, base: Sequence[Effect], target: Floats, roots: Roots, r
     least = loss(target, here)
     jacobian = None
     for _ in range(rounds):
-        jacobian = _jacobian(model, base, x, here, roots)
+        jacobian = _jacobian(model, base, x, here, roots, both_sides)
         # By einsum, as BLAS would wake threads of its own for so little, and let them spin beside ours.
         normal = np.einsum("bi,bj->ij", jacobian, jacobian)
         gradient = np.einsum("bi,b->i", jacobian, target - here)
@@ -118,7 +132,7 @@ def refine(model: Model, base: Sequence[Effect], target: Floats, roots: Roots, r
             if loss(target, there) >= least:
                 break
             x, here, least = further, there, loss(target, there)
-        if before - least < 0.004 * least or np.abs(x - origin).max() < 0.02:
+        if before - least < least_gain * least or np.abs(x - origin).max() < 5 * least_gain:
             break
     return Model(model.parts, x, least, jacobian)
 
@@ -139,18 +153,23 @@ def polish(model: Model, base: Sequence[Effect], target: Floats, roots: Roots, s
     return Model(model.parts, x, least, model.jacobian)
 
 
-def _jacobian(model: Model, base: Sequence[Effect], x: Vector, here: Floats, roots: Roots) -> Floats:
+def _jacobian(model: Model, base: Sequence[Effect], x: Vector, here: Floats, roots: Roots, both_sides: bool) -> Floats:
     columns = []
     for k in range(len(x)):
-        moved, size = _moved(model, x, k)
-        columns.append((roots(model.build(base, moved)) - here) / size)
+        moved, size = _moved(model, x, k, (_TRIAL, -_TRIAL))
+        there = roots(model.build(base, moved))
+        back, back_size = _moved(model, x, k, (-_TRIAL,)) if both_sides else (x, 0.0)
+        if back_size * size < 0:
+            columns.append((there - roots(model.build(base, back))) / (size - back_size))
+        else:
+            columns.append((there - here) / size)
     return np.stack(columns, axis=1)
 
 
-def _moved(model: Model, x: Vector, k: int) -> tuple[Vector, float]:
-    """``x`` with one parameter moved, within its bounds, and by how much."""
+def _moved(model: Model, x: Vector, k: int, sizes: Sequence[float]) -> tuple[Vector, float]:
+    """``x`` with one parameter moved, by the first of ``sizes`` that its bounds allow, and by how much."""
     free, moved = model.free[k], x.copy()
-    for size in (_TRIAL, -_TRIAL):
+    for size in sizes:
         moved[k] = free.encode(free.decode(x[k] + size))
         if abs(moved[k] - x[k]) > 0.5 * _TRIAL:
             break

@@ -16,6 +16,9 @@ Floats = NDArray[np.float64]
 _NULLS = 8
 """Simulated recordings that tell how far apart two runs of one sensor are."""
 _SEED = 1000
+_LEAST_SURE = 0.01
+"""Half of the narrowest interval of a closed fraction: other frames of one way differ by as much, however many blocks
+agree."""
 _REMEMBERED = 24
 """Sensors whose simulated recordings are kept."""
 
@@ -110,7 +113,9 @@ def closed_interval(
         whole = gap(initial, blocks) - between(floor, blocks)
         return (gap(before, blocks) - gap(after, blocks)) / whole if whole > 0 else 0.0
 
-    return jackknife(fraction, np.arange(len(judge.blocks)))
+    value, (low, high) = jackknife(fraction, np.arange(len(judge.blocks)))
+    half = float(np.hypot((high - low) / 2, _LEAST_SURE))
+    return value, (value - half, value + half)
 
 
 def jackknife(
