@@ -146,7 +146,7 @@ EFFECTS = (
     Effect("mass", lambda r, k: numbers(mass=MASS * (1 + 0.05 * k)), ALL, ("thrust", "axis"), SCALES),
     Effect("imu_bias", lambda r, k: Truth(bias=vector(r, 0.2 * k)), ALL, ("axis",)),
     Effect("imu_misalignment", lambda r, k: Truth(tilt=vector(r, 0.03 * k)), ("lemniscate", "shuttle", "hops"),
-           ("axis", "thrust", "acceleration")),
+           ("axis", "thrust", "acceleration"), ("imu_bias",)),
     Effect("log_time_offset", lambda r, k: one_of(
         r,
         lambda: Truth(late={"imu": 0.03 * k}),

@@ -85,7 +85,7 @@ def drift(tmp_path_factory) -> Run:
 @pytest.mark.parametrize("system", sorted(SYSTEMS))
 def test_each_system_follows_a_clean_run(drift, system):
     found = estimate(drift, system)
-    assert len(found.trajectory) == found.frames == (5 if system == "kiss-icp" else len(drift)), "6 Hz of 30"
+    assert len(found.trajectory) == found.frames == (7 if system == "kiss-icp" else len(drift)), "10 Hz of 30"
     assert score(drift.trajectory, found.trajectory).ate < 0.02
     last = drift.trajectory.positions[np.searchsorted(drift.trajectory.stamps, found.trajectory.stamps[-1] - 1e-6)]
     moved_by = np.linalg.norm(found.trajectory.positions[-1] - found.trajectory.positions[0])

@@ -39,8 +39,9 @@ _UNSURE_LEFT = 5.0
 """The same over what the formula leaves."""
 _COMMANDS = 0.25
 """How far the force may speak of other uneven rotors than the logged thrusts do, over what these differ by."""
-_LASTING = 0.5
-"""Of what is learned in time: where so much is learned on an axis that lasts, it is no gust."""
+_LASTING, _LASTING_ELSE = {"acceleration": 0.75, "angular_rate": 0.75, "thrust": 0.75}, 0.5
+"""Of what is learned in time: where so much is learned on an axis that lasts, it is no gust. It is more on those where
+the vehicle's answer to a gust shows."""
 _FORMULA = 0.85
 """Of what gusts close: where a formula closes so much, it is the formula."""
 _AIRY = 0.6
@@ -51,7 +52,6 @@ _TOLD = 9.0
 _GUSTS_SHARE = 0.05
 """Of what is closed with gusts: formulas alone must leave this much more, or they are what happened."""
 _SCALES = ("thrust_scale", "mass")
-_EVEN = 0.01
 
 Progress = Callable[[str], None]
 
@@ -147,10 +147,13 @@ def _gusts(fit: Fit, best: Fit | None) -> tuple[Series, Fit] | None:
     if not significant(free.gains):
         return None
     state = state_of(problem, fit.settings)
-    lasting = max(learn(problem, residual, axis, state, problem.sigma[0]).gains.sum() for axis in axes_of(state))
+    lasting = max(
+        learn(problem, residual, axis, state, problem.sigma[0]).gains.sum() / _LASTING.get(axis.name, _LASTING_ELSE)
+        for axis in axes_of(state)
+    )
     calm = residual - with_all.predicted[:, 0]
     closed = float((((residual**2) - calm**2) * problem.weights[0]).sum())
-    if lasting > _LASTING * free.gains.sum() or closed < _AIRY * float(free.gains.sum()):
+    if lasting > free.gains.sum() or closed < _AIRY * float(free.gains.sum()):
         return None
     kept = [pair for pair in zip(fit.formulas, fit.values, strict=True) if pair[0].effect not in _LIKE_WIND]
     if len(kept) < len(fit.formulas):
@@ -229,8 +232,8 @@ def _exchanged(fit: Fit, bank: Sequence[Formula], start: Fit) -> tuple[Fit, tupl
                     better = trial
             alike = {name: trial for name, trial in trials.items() if _alike(trial, own or fit, rest)}
             uneven = alike.get("rotor_thrust_difference")
-            if uneven is not None and fit.effects[index] in _SCALES and not _differ(uneven):
-                del alike["rotor_thrust_difference"]
+            if uneven is not None and fit.effects[index] in _SCALES and uneven.formulas[-1].name == EACH:
+                del alike["rotor_thrust_difference"]  # any scale of all rotors is one of each
             if better is None and uneven is not None and _explains_commands(uneven) and fit.effects[index] in _SCALES:
                 better = uneven
             if better is None and fit.formulas[index].name == EACH:
@@ -256,14 +259,6 @@ def _explains_commands(fit: Fit, index: int = -1) -> bool:
         return False
     margin = _COMMANDS * (max(shares) - min(shares))
     return min(shares) - margin < fit.values[index][0] < max(shares) + margin
-
-
-def _differ(fit: Fit) -> bool:
-    """Whether the last formula, if it has a scale for each rotor, has them differ; alike they are a thrust scale."""
-    if fit.formulas[-1].name != EACH:
-        return True
-    values, errors = np.array(fit.values[-1]), fit.errors[-1]
-    return bool(np.ptp(values) > max(_EVEN, 3 * float(errors.max())))
 
 
 def _by_effect(trials: Sequence[Fit]) -> dict[str, Fit]:
