@@ -30,7 +30,7 @@ class Materials(RootModel[dict[str, Material]]):
         return self.root[tag]
 
     def __contains__(self, tag: object) -> bool:
-        return tag in self.root
+        return isinstance(tag, str) and tag in self.root  # a file's tag may be anything
 
     @property
     def tags(self) -> list[str]:
