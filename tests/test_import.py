@@ -1,12 +1,16 @@
 """Recordings of others come in as runs; cut and damaged ones as far as they go."""
 
+import re
 import shutil
 import sqlite3
 import struct
+import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from backports import zstd
 from recordings import CAMERA, FRAMES, START, depth_of, path_of, write_run
 from rosbags import rosbag1
 from rosbags.typesys import Stores, get_typestore
@@ -255,6 +259,36 @@ def test_cut_ros2_bags_keep_the_frames_before_the_cut(run, tmp_path):
             back = Run.open(out)
             for index in range(made.frames):
                 np.testing.assert_array_equal(back.depth_raw(index), source.depth_raw(index))
+
+
+def _packed_by_message(bag: Path, of: Callable[[bytes], bytes]) -> None:
+    """Turn a rosbag2 folder of ours into one with every message packed by zstd, as ``ros2 bag record`` can."""
+    base = sqlite3.connect(next(bag.glob("*.db3")))
+    for key, data in base.execute("SELECT id, data FROM messages").fetchall():
+        base.execute("UPDATE messages SET data = ? WHERE id = ?", (of(data), key))
+    base.commit()
+    base.close()
+    text = (bag / "metadata.yaml").read_text()
+    for key, value in (("format", "zstd"), ("mode", "MESSAGE")):
+        text = re.sub(rf"compression_{key}:.*", f"compression_{key}: {value}", text)
+    (bag / "metadata.yaml").write_text(text)
+
+
+def test_a_bag_packed_message_by_message_comes_back_and_a_bomb_in_it_does_not(run, bags, tmp_path):
+    shutil.copytree(bags / "db", tmp_path / "bag")
+    _packed_by_message(tmp_path / "bag", zstd.compress)
+    import_recording(tmp_path / "bag", tmp_path / "back")
+    assert_same(Run.open(tmp_path / "back"), run)
+    bomb = zstd.compress(bytes(1 << 28))
+    assert len(bomb) < 1 << 15
+    shutil.copytree(bags / "db", tmp_path / "bomb")
+    _packed_by_message(tmp_path / "bomb", lambda data: bomb)
+    tracemalloc.start()
+    with pytest.raises(InputError, match="bomb"):
+        import_recording(tmp_path / "bomb", tmp_path / "out")
+    assert tracemalloc.get_traced_memory()[1] < 1.1e9
+    tracemalloc.stop()
+    assert not (tmp_path / "out").exists()
 
 
 def _long_run(folder: Path, camera) -> Run:

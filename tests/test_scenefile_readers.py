@@ -1,5 +1,6 @@
 """OBJ, PLY, glTF, STL and OFF as their writers make them: triangles and material names, face by face."""
 
+import base64
 import json
 import struct
 from pathlib import Path
@@ -218,6 +219,22 @@ def test_gltf_transforms_instances_and_mirrors(tmp_path: Path) -> None:
     centre_and_side = np.column_stack([(a + b + c)[:, :2], np.cross(b - a, c - a)[:, 2]])
     turned, mirrored, moved = [28, 2, 4], [29, 1, 1], [1, 16, 1]
     assert_allclose(sorted(centre_and_side.tolist()), [moved, turned, mirrored], atol=1e-6)
+
+
+def test_a_mesh_in_too_many_nodes_is_refused_before_it_fills_the_memory(tmp_path: Path) -> None:
+    header = json.loads(gltf())
+    nodes, triangles = 1001, 40_000
+    data = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) + struct.pack("<3H", 0, 1, 2) * triangles
+    header["buffers"][0] = {
+        "byteLength": len(data),
+        "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode(),
+    }
+    header["bufferViews"][1] = {"buffer": 0, "byteOffset": 36, "byteLength": len(data) - 36}
+    header["accessors"][1]["count"] = 3 * triangles
+    header["nodes"] = [{"mesh": 0} for _ in range(nodes)]
+    header["scenes"] = [{"nodes": list(range(nodes))}]
+    with pytest.raises(InputError, match=r"m\.gltf: nodes: places its meshes 1,001 times, .* 40,040,000 triangles"):
+        read(tmp_path, "m.gltf", json.dumps(header))
 
 
 def test_gltf_normalized_integers_are_shares_of_one(tmp_path: Path) -> None:

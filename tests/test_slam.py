@@ -18,6 +18,7 @@ from depthsim.runs.png import decode_png
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
 from depthsim.slam import SYSTEMS, estimate, score
+from depthsim.slam.results import read_rows
 from depthsim.slam.sweep import faster, noise_of, sweep
 from depthsim.slam.systems import to_trajectory
 from depthsim.trajectory import Trajectory, resolve_trajectory
@@ -131,6 +132,13 @@ def test_a_sweep_shows_that_error_follows_noise(room, tmp_path):
     rows = list(csv.DictReader((tmp_path / "out" / "results.csv").open()))
     assert [row["run"] for row in rows] == ["clean_1x", "clean_2x", "paper_1x", "paper_2x"]
     assert decode_png(tmp_path / "out" / "sweep.png").shape[1] > 800
+
+
+@pytest.mark.parametrize("found", [b"\xff\xfe\x00run", b'run,"sys\n', b"run\na\n"])
+def test_a_results_file_that_is_none_is_told_in_one_line(tmp_path, found):
+    (tmp_path / "results.csv").write_bytes(found)
+    with pytest.raises(InputError, match=r"results\.csv"):
+        read_rows(tmp_path / "results.csv")
 
 
 def test_faster_takes_the_same_way_in_less_time(room):

@@ -126,6 +126,7 @@ random:
         ("profiles: [paper, d435]", "profiles: [paper, paper]", "names one of its entries twice"),
         ("profiles: [paper, d435]", "profiles: [../paper.yaml]", "leaves the folder of this file"),
         ("seeds: 2", "seeds: 0", "seeds is below 1"),
+        ("seeds: 2", "seeds: 100000000000", "seeds is over 1,000,000"),
         ("seeds: 2", "seed: 2\nseeds: !!python/object:os.system {}", "is not YAML"),
         ("draws: 2", "draws: 0", "draws: input should be greater than or equal to 1"),
         ("frames: 3", "frames: 3\nspeed: 4", "speed: extra inputs are not permitted"),

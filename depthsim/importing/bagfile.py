@@ -7,7 +7,7 @@ from typing import Any
 
 from depthsim.errors import InputError
 from depthsim.extras import load_extra
-from depthsim.importing.bombs import why_unsafe
+from depthsim.importing.bombs import unpack, why_unsafe
 from depthsim.importing.salvage import Damaged, Message, has_bomb, salvage
 
 _SUFFIXES = (".bag", ".mcap", ".db3")
@@ -70,6 +70,9 @@ class _Indexed:
         self._reader = reader
         known = [item for item in reader.connections if isinstance(item.topic, str) and isinstance(item.msgtype, str)]
         self.topics = {item.topic: item.msgtype for item in known}
+        self._packed = getattr(reader, "compression_mode", None) == "message"
+        if self._packed:  # unpacked here, with a bound, which rosbags has not
+            reader.storage.metadata = reader.storage.metadata._replace(compression_mode=None)
 
     @classmethod
     def open(cls, path: Path, ros1: bool) -> "_Indexed | None":
@@ -98,7 +101,15 @@ class _Indexed:
                 raise Damaged(str(error)) from None
             if not isinstance(data, bytes | bytearray | memoryview):  # SQLite keeps any type in any column
                 raise Damaged("has a message that makes no sense")
-            yield Message(connection.topic, connection.msgtype, time, bytes(data))
+            yield Message(connection.topic, connection.msgtype, time, self._plain(bytes(data)))
+
+    def _plain(self, data: bytes) -> bytes:
+        if not self._packed:
+            return data
+        try:
+            return unpack("zstd", data)
+        except ValueError as error:
+            raise Damaged(f"has a message that {error}") from None
 
     def close(self) -> None:
         self._reader.close()

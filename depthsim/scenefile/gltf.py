@@ -25,6 +25,7 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _LARGEST = {5120: 127, 5121: 255, 5122: 32767, 5123: 65535}
 _BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_MOST_PLACED = 30_000_000
 _DRACO = "KHR_draco_mesh_compression"
 _UNREADABLE = ("EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing")
 
@@ -47,6 +48,7 @@ def read_gltf(path: Path, data: bytes) -> RawMesh:
         matrix, key = scene.graph[node]
         part = scene.geometry[key]
         placed.append((int(part.visual.material.name), np.asarray(matrix, dtype=np.float64), part))
+    _check_size(path, [len(part.faces) for _, _, part in placed])
     placed.sort(key=lambda entry: (entry[0], entry[1].tobytes()))  # trimesh draws names of nodes at random
     known = tuple(dict.fromkeys(names))
     vertices, faces, face_names, offset = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)], 0
@@ -59,6 +61,13 @@ def read_gltf(path: Path, data: bytes) -> RawMesh:
         face_names.append(np.full(len(part.faces), known.index(names[primitive])))
         offset += len(local)
     return RawMesh(np.concatenate(vertices), np.concatenate(faces), known, np.concatenate(face_names))
+
+
+def _check_size(path: Path, faces: list[int]) -> None:
+    """An error where a few meshes placed in many nodes stand for more triangles than memory takes."""
+    if len(faces) > 1 and sum(faces) > _MOST_PLACED + max(faces):
+        problem = f"places its meshes {len(faces):,} times, which makes {sum(faces):,} triangles"
+        raise InputError(path, "nodes", problem, f"export a part of it, of at most {_MOST_PLACED:,}")
 
 
 def _container(path: Path, data: bytes) -> tuple[dict[str, Any], bytes]:

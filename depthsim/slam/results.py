@@ -56,8 +56,12 @@ def read_rows(file: Path) -> list[dict[str, str]]:
     """The lines of a results.csv; none where there is no file."""
     if not file.exists():
         return []
-    rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
-    if any(set(row) != set(COLUMNS) for row in rows):
+    try:
+        table = csv.DictReader(file.read_text(encoding="utf-8").splitlines())
+        rows = list(table)
+    except (UnicodeDecodeError, csv.Error):
+        raise InputError(file, "", "is not a table in UTF-8", "give another --out") from None
+    if tuple(table.fieldnames or COLUMNS) != COLUMNS or any(set(row) != set(COLUMNS) for row in rows):
         raise InputError(file, "header", "is not that of depthsim's results.csv", "give another --out")
     return rows
 

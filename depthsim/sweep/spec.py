@@ -20,6 +20,9 @@ def _as_choice(value: Any) -> Any:
     return {"choice": value} if isinstance(value, list) else value
 
 
+MOST_SEEDS = 1_000_000
+"""The plan lists the seeds, so their number has to have a bound."""
+
 Drawn = dict[str, Distribution]
 Choice = Annotated[Distribution, BeforeValidator(_as_choice)]
 
@@ -89,6 +92,8 @@ class SweepFile(BaseModel):
     def _lists_are_sound(self) -> "SweepFile":
         if isinstance(self.seeds, int) and self.seeds < 1:
             raise ValueError("seeds is below 1: give how many, or a list of them")
+        if isinstance(self.seeds, int) and self.seeds > MOST_SEEDS:
+            raise ValueError(f"seeds is over {MOST_SEEDS:,}: a random draw takes less room than a seed, so raise draws")
         if not self.seed_list:
             raise ValueError("seeds is empty")
         for what, items in (("profiles", self.profiles), ("seeds", self.seed_list), ("streams", self.streams)):
