@@ -10,7 +10,7 @@ import viser
 AIM = 10.0
 """[frames/s] The cloud is thinned until there are as many."""
 FASTEST = 15.0
-_LEVELS = (1, 2, 3, 4, 6, 8, 12, 16)
+_LEVELS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 _ON_THEIR_WAY = 2
 _LOOK = 6
 """Frames before the thinning is judged."""

@@ -1,6 +1,6 @@
 """What one browser sees of its frames: clouds and cameras in the 3D view, the picture beside it, and its legend."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,8 +51,13 @@ class Screen:
         """The geometric mean of the nearest and the farthest depth that have a colour [m]."""
         return float(np.sqrt(self._span.near * self._span.far))
 
-    def show(self, sides: Sequence[str], shots: Mapping[str, Shot], one_in: int, style: Style) -> int:
-        """Send the frames of one or two sides; how many points they have in all that was sent."""
+    def show(
+        self, sides: Sequence[str], shots: Mapping[str, Shot], one_in: int, style: Style, wait: Callable[[], object]
+    ) -> int:
+        """Send the frames of one or two sides; how many points they have in all that was sent.
+
+        wait: called when all is worked out, before anything is sent.
+        """
         how, tags, known = style.how, self._stage.tags, self._stage.materials
         # A clean frame would narrow the colours of errors to nothing.
         self._span = self._span.fitted(shots[next((side for side in sides if side != "clean"), sides[0])])
@@ -66,6 +71,8 @@ class Screen:
         if style.gap_plane or style.mesh == "share":
             meaning += share_legend()
         apart = self.scenery.apart()
+        beside = side_by_side(pictures)
+        wait()
         with self._client.atomic():
             for name in list(self._panes)[len(sides) :]:
                 self._panes.pop(name).remove()
@@ -76,7 +83,7 @@ class Screen:
                 pane.show(shots[side], cloud, self._plane(shots[side], colours, style), side)
                 pane.see(frustum=style.frustum, label=len(sides) > 1)
                 self.scenery.show_mesh(name, style.mesh, style.opacity, offset)
-            self._picture.image = side_by_side(pictures)
+            self._picture.image = beside
             if meaning != self._legend.content:
                 self._legend.content = meaning
         return sum(len(cloud.points) for cloud in clouds)

@@ -29,6 +29,8 @@ from viewer.stage import Stage
 from viewer.status import Status
 from viewer.worker import Worker
 
+_DRAWN = 0.5
+"""[s] A browser that takes longer to draw a frame is not waited for."""
 _SETTLED = 0.3
 """[s] After the last frame of a play the whole cloud is sent."""
 
@@ -256,10 +258,13 @@ class Session:
         for side in sorted(set(sides), key=lambda side: side == "clean"):
             shots[side] = self._shot(side, moment, shots)
         style = self.look.style(moving_by_keys=self._by_keys, spared=self._spared)
-        with self.client.atomic():
-            points = self.screen.show(sides, shots, one_in, style)
-            self.shown = Shown(tuple(shots[side] for side in sides), tuple(sides), moment.index, points, one_in)
-            self.status.figures(self._lines(moment, self.shown))
+        points = self.screen.show(sides, shots, one_in, style, self._drawn)
+        self.shown = Shown(tuple(shots[side] for side in sides), tuple(sides), moment.index, points, one_in)
+        self.status.figures(self._lines(moment, self.shown))
+
+    def _drawn(self) -> None:
+        """Wait until the frame before is drawn: of two that lie there at once, the browser draws the second alone."""
+        self._echo.back(_DRAWN, 0)
 
     def _lines(self, moment: Moment, shown: Shown) -> list[str]:
         """What the page tells of what it shows."""
@@ -271,7 +276,7 @@ class Session:
         rate = f" · {self._pace.rate:.1f} frames/s" if self._pace.rate is not None else ""
         lines.append(f"{shown.points:,} points, {thinned}{rate}")
         if self._spared:
-            lines.append("No GPU: while it plays, the view is half as sharp, and the mesh is hidden.")
+            lines.append("No GPU: while it plays, the view has two fifths of its sharpness, and the mesh is hidden.")
         if (air := self._air(moment)) is not None:
             lines.append(str(air))
         return lines

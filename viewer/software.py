@@ -17,7 +17,7 @@ _SHARPNESS = """
 const settings = window.__viserTestpoints && window.__viserTestpoints.devSettings;
 if (settings && !new URLSearchParams(location.search).has('fixedDpr')) settings.set({fixedDpr: %s});
 """
-COARSE = 0.5
+COARSE = 0.4
 """Pixels of the 3D view per pixel of the screen, each way, while frames play by software."""
 
 
