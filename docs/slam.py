@@ -86,7 +86,7 @@ def picture(table: Table) -> bytes:
                 value = 100 * float(row["ate_m"])
                 axes.bar(x, value, 0.25, color=COLOURS[system], label=system if not index else None)
                 cut = "*" if row["tracked"] != row["frames"] else ""
-                axes.text(x, value, f"{value:.2g}{cut}", ha="center", va="bottom", fontsize=7)
+                axes.text(x, value, f"{_figure(row['ate_m'])}{cut}", ha="center", va="bottom", fontsize=7)
         axes.set_title(scene, fontsize=11)
         axes.set_xticks(range(len(PROFILES)), PROFILES)
         axes.set_yscale("log")
