@@ -83,6 +83,7 @@ class Evidence:
         self.threads = threads or core_count()
         self.caster = Caster(scene)
         self._own = threading.local()
+        self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
         self._casts: dict[int, list[tuple[list[Effect], bool, Geometry]]] = {}
         self.motion = Motion.along(run.trajectory)
         self.base = tuple(base)
@@ -212,8 +213,7 @@ class Evidence:
         """The results of ``work`` on each block, side by side."""
         if self.threads == 1:
             return [work(block) for block in blocks]
-        with ThreadPoolExecutor(self.threads) as pool:
-            return list(pool.map(work, blocks))
+        return list(self._pool.map(work, blocks))
 
     cuts: Cuts
     views: list[View]

@@ -223,7 +223,7 @@ _STARTS: dict[tuple[str, str], tuple[float, ...]] = {
     ("specular_dropout", "rate"): (0.6,),
     ("specular_dropout", "width"): (10, 30),
     ("range_dropout", "rate"): (0.05,),
-    ("spatial_filter", "alpha"): (0.5,),
+    ("spatial_filter", "alpha"): (0.5, 0.85),
     ("spatial_filter", "delta"): (0.2, 1.0),
     ("spatial_correlation", "x"): (0.7, 2, 6),
     ("spatial_correlation", "y"): (0.7, 2, 6),
