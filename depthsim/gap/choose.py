@@ -38,6 +38,8 @@ _SETTLING, _SETTLED = 6, 1e-4
 """How many rounds the chosen causes are fitted once more, and what a round must gain for another."""
 _PLIANT = 4
 """With so many parameters an effect can take up much of what is another's."""
+_LOOKED_AT = 400_000
+"""As many pixels are enough for a first look."""
 Say = Callable[[str], None]
 
 
@@ -81,7 +83,7 @@ class Chooser:
     ) -> None:
         self.evidence, self.judge, self.bank, self.say = evidence, judge, list(bank), say
         self.before, self.floor, self.base = before, floor, evidence.base
-        self._few = evidence.train[:: max(1, round(len(evidence.train) / 2.5))]
+        self._few = first_look(evidence)
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
 
     def run(self) -> Choice:
@@ -300,9 +302,19 @@ class Chooser:
 
     def _roots(self, blocks: Sequence[int]) -> Roots:
         def roots(effects: tuple[Effect, ...]) -> Floats:
-            return self._sum(self.evidence.simulate(effects, blocks))
+            return self.judge.ruler.roots(self.evidence.total(effects, blocks))
 
         return roots
+
+
+def first_look(evidence: Evidence) -> list[int]:
+    """The blocks that the whole bank is tried on: two fifths of those for fitting, fewer where frames are large."""
+    train = evidence.train
+    usual = len(train[:: max(1, round(len(train) / 2.5))])
+    frames = max(len(evidence.blocks[b]) for b in train)
+    enough = -(-_LOOKED_AT // (frames * evidence.counted_of_frame))
+    chosen = np.linspace(0, len(train) - 1, min(usual, max(enough, 2))).round().astype(int)
+    return [train[k] for k in np.unique(chosen)]
 
 
 def _is_pliant(hypothesis: Hypothesis) -> bool:

@@ -101,6 +101,11 @@ class Evidence:
         return index % self.stride
 
     @property
+    def counted_of_frame(self) -> int:
+        """About how many pixels of a frame are counted."""
+        return self.camera.width * self.camera.height // self.stride
+
+    @property
     def train(self) -> list[int]:
         """The blocks that parameters are fitted on."""
         return list(range(0, len(self.blocks), 2))
@@ -122,6 +127,20 @@ class Evidence:
             return self._count(block, (self._measure(ordered, int(i), seed) for i in self.blocks[block]))
 
         return np.stack(self.each(one, blocks))
+
+    def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = _FITTING) -> Counts:
+        """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly."""
+        ordered = sorted((e for e in effects if not e.is_neutral), key=physical_order)
+        frames = [int(i) for b in blocks for i in self.blocks[b]]
+        first = {int(self.blocks[b][0]) for b in blocks}
+
+        def one(part: int) -> Counts:
+            begin, end = (k * len(frames) // self.threads for k in (part, part + 1))
+            own = frames[begin:end]
+            before = [frames[begin - 1]] if own and own[0] not in first else []
+            return self._count_frames(own, (self._measure(ordered, i, seed) for i in (*before, *own)), len(before))
+
+        return np.asarray(np.sum(self.each(one, range(self.threads)), axis=0, dtype=np.uint32))
 
     def pictures(self, effects: Sequence[Effect], block: int, seed: int = 1) -> list[NDArray[np.uint16]]:
         """The frames of a block as a sensor with ``effects`` stores them."""
@@ -180,20 +199,34 @@ class Evidence:
         pictures: Iterable[NDArray[np.uint16]],
         correction: tuple[Any, ...] | None = None,
     ) -> NDArray[Any]:
+        return self._count_frames([int(i) for i in self.blocks[block]], pictures, 0, correction)
+
+    def _count_frames(
+        self,
+        frames: Sequence[int],
+        pictures: Iterable[NDArray[np.uint16]],
+        ahead: int,
+        correction: tuple[Any, ...] | None = None,
+    ) -> NDArray[Any]:
+        """(size,) counts of some frames in a row. ahead: whether the picture of the frame before them comes first."""
         counts = np.zeros(self.size + counting.SPARE, np.uint32 if correction is None else np.float64)
         pixels = self.camera.width * self.camera.height
         unit, focal_baseline = np.float32(self.camera.depth_scale), np.float32(self.camera.focal_baseline)
         error, bins = np.empty(pixels, np.float32), np.empty((int(self.kinds.max()) + 1, 0), np.uint8)
         before = np.empty(0, np.uint8)
-        for index, units in zip(self.blocks[block], pictures, strict=True):
-            still, coarse = self.stills[int(index)], np.empty(pixels, np.uint8)
+        every = [frames[0] - 1, *frames] if ahead else frames
+        for number, (index, units) in enumerate(zip(every, pictures, strict=True)):
+            still, coarse = self.stills[index], np.empty(pixels, np.uint8)
             raw, clean = units.reshape(-1), still.geometry.depth.reshape(-1)
             if bins.shape[1] != still.places.shape[1]:
                 bins = np.zeros((len(bins), still.places.shape[1]), np.uint8)
             fingerprint.errors(raw, unit, clean, still.per_spread, error, coarse)
+            if number < ahead:
+                before = coarse
+                continue
             fingerprint.codes(
                 raw, unit, clean, still.across, focal_baseline, self.camera.width, error, coarse, before,
-                self._first_row(int(index)), self.stride, bins,
+                self._first_row(index), self.stride, bins,
             )  # fmt: skip
             if correction is None:
                 counting.count(bins, self.kinds, still.places, counts)
