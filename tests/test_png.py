@@ -170,6 +170,7 @@ grey8 = (4, 4, 8, 0, 0, 0, 0)
         (png(grey8, b"\0" * 21), "more or fewer pixels"),
         (png(grey8, b"\0" * 50_000_000), "more or fewer pixels"),
         (png(grey8, b"\5" + b"\0" * 19), "unknown filter"),
+        (png((4, 2, 4, 0, 0, 0, 0), b"\0" * 6)[:-12] + chunk(b"iCCP", b"a\0") + chunk(b"IEND", b""), "damaged PNG"),
         (png((0, 4, 8, 0, 0, 0, 0), b""), "claims to be 0x4"),
         (png((1 << 30, 1 << 30, 8, 0, 0, 0, 0), b""), "claims to be"),
         (png((2, 1, 16, 6, 0, 0, 0), b"\0" * 17), "16-bit PNG that is not read"),

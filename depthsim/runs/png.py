@@ -133,7 +133,7 @@ def _by_pillow(data: bytes, file: Path | str, bits: int, colour: int) -> Image:
             if bits == 16:
                 return np.asarray(picture).astype(np.uint16)
             return np.asarray(picture.convert("L" if picture.mode in ("1", "L", "LA") else "RGB"))
-    except (OSError, SyntaxError, ValueError) as error:
+    except Exception as error:  # Pillow lets out whatever goes wrong in a damaged chunk, IndexError among it
         raise _damaged(file, str(error)) from None
 
 
