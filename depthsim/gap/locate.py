@@ -62,18 +62,18 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
     changes = {n: _changes(evidence, n, real, plain, another) for n in errors}
     whole = max(max((total for _, total in changes.values()), default=0.0), 1e-12)
     depends = {n: float(np.clip(varies / whole, 0, 1)) for n, (varies, _) in changes.items()}
+    uniform = max(depends.values(), default=0.0) < _UNIFORM
+    if uniform and (by_range := _as_the_spread(evidence, real, plain)) is not None:
+        depends[by_range] = 1.0
     first = sorted(errors, key=lambda n: _cost(evidence.views[n]) - depends[n])
     closes = learnable(evidence, ruler, effects, [*first[:_LEARNED], *pairs])
     bits = np.maximum(ruler.by_view(real, plain) - ruler.by_view(another, plain), 0)
     alone = max((bits[n] for n in errors), default=0.0)
-    uniform = max(depends.values(), default=0.0) < _UNIFORM
     pairs.sort(key=lambda n: -bits[n])
     own = {n: beyond_each(evidence, n, real, plain) - beyond_each(evidence, n, another, plain) for n in pairs}
     told = {n: float((o * _pixels(evidence, ruler, n, real)).sum()) for n, o in own.items()}
-    ahead = [
-        n for n in pairs if bits[n] > _PAIRED * alone or (uniform and bits[n] > alone) or told[n] > _TOGETHER * alone
-    ]
-    beside = [n for n in pairs if n not in ahead and told[n] > _ALSO * alone]
+    ahead = [n for n in pairs if bits[n] > _PAIRED * alone or told[n] > _TOGETHER * alone]
+    beside = [n for n in pairs if n not in ahead and (told[n] > _ALSO * alone or (uniform and bits[n] > alone))]
     order = [*ahead, *first[:1], *beside, *first[1:], *(n for n in pairs if n not in (*ahead, *beside))]
     found = []
     for number in order:
@@ -84,6 +84,20 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
             value = depends.get(number, paired)
             found.append(Place(number, value, closes.get(number, np.nan), own / own.sum(), float(own.sum() / pixels)))
     return found
+
+
+def _as_the_spread(evidence: Evidence, real: Counts, plain: Counts) -> int | None:
+    """The view by range, where the whole gap is one bias or one factor of the spread.
+
+    Errors are told in units of the simulator's spread. What is the same everywhere in those changes in metres as the
+    spread does, which is a function of the range.
+    """
+    views = enumerate(evidence.views)
+    number = next((n for n, v in views if v.axis == "range" and v.single and v.kind == fingerprint.ERROR), None)
+    if number is None:
+        return None
+    what = compare(evidence, number, np.arange(evidence.views[number].size), real, plain).what
+    return number if what in ("bias", "spread") else None
 
 
 def _changes(evidence: Evidence, number: int, real: Counts, plain: Counts, another: Counts) -> tuple[float, float]:
