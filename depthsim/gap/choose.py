@@ -38,6 +38,10 @@ _SETTLING, _SETTLED = 6, 1e-4
 """How many rounds the chosen causes are fitted once more, and what a round must gain for another."""
 _PLIANT = 4
 """With so many parameters an effect can take up much of what is another's."""
+_PLAIN = 0.5
+"""What part of what a pliant first cause closes a plain one must close to be begun with instead."""
+_TAKEN_UP = 0.1
+"""By what part of what it closes a pliant further cause may be ahead of a plain one without being preferred."""
 _LOOKED_AT = 400_000
 """As many pixels are enough for a first look."""
 Say = Callable[[str], None]
@@ -69,6 +73,16 @@ class Choice:
     looked_at: tuple[tuple[Candidate, ...], ...]
 
 
+@dataclass(frozen=True)
+class _Chain:
+    """Causes found one after the other. looked, before: the leaders of each step, and the gap before it."""
+
+    model: Model | None
+    gap: float
+    looked: list[tuple[Candidate, ...]]
+    before: list[float]
+
+
 class Chooser:
     """Finds the causes. bank: what may be wrong; before, floor: the gap of the simulator as it is, and its least."""
 
@@ -88,19 +102,13 @@ class Chooser:
 
     def run(self) -> Choice:
         """One cause after the other, as long as the frames held out support it."""
-        model: Model | None = None
-        gap = self.before
-        looked: list[tuple[Candidate, ...]] = []
-        before: list[float] = []
-        while (model is None or len(model.parts) < _MOST) and self._left(gap) > _DONE:
-            leaders = self.step(model, looked[-1] if looked else ())
-            looked.append(tuple(leaders))
-            before.append(gap)
-            if not leaders or not self._supported(gap, leaders, first=model is None):
-                break
-            model, gap = leaders[0].model, leaders[0].gap
-            if len(model.parts) > 1:
-                model, gap = self._prune(model, gap)
+        chain = self._grow(_Chain(None, self.before, [], []))
+        if chain.model is not None and (plain := self._plain_rival(chain)) is not None:
+            self.say(f"beginning again with {plain.newest.effect}")
+            leaders = (plain, *(c for c in chain.looked[0] if c is not plain))
+            other = self._grow(_Chain(plain.model, plain.gap, [leaders], [self.before]))
+            chain = other if other.gap < chain.gap - _TIED * (self.before - self.floor) else chain
+        model, gap, looked, before = chain.model, chain.gap, chain.looked, chain.before
         if model is None:
             return Choice(Model((), np.empty(0)), (), {}, tuple(looked))
         model, ties = self._compare_rivals(model, gap, looked, before)
@@ -113,6 +121,32 @@ class Chooser:
             shares = self._shares(model)
         self.say("settling the parameters")
         return Choice(self._settled(model), shares, ties, tuple(looked))
+
+    def _grow(self, chain: "_Chain") -> "_Chain":
+        """The chain with every further cause that is supported."""
+        model, gap, looked, before = chain.model, chain.gap, list(chain.looked), list(chain.before)
+        while (model is None or len(model.parts) < _MOST) and self._left(gap) > _DONE:
+            leaders = self.step(model, looked[-1] if looked else ())
+            looked.append(tuple(leaders))
+            before.append(gap)
+            if not leaders or not self._supported(gap, leaders, first=model is None):
+                break
+            model, gap = leaders[0].model, leaders[0].gap
+            if len(model.parts) > 1:
+                model, gap = self._prune(model, gap)
+        return _Chain(model, gap, looked, before)
+
+    def _plain_rival(self, chain: "_Chain") -> Candidate | None:
+        """What to begin with instead, where the first cause bends to everything and all the same leaves something.
+
+        Light from a side brings noise and holes: by itself it closes more than either of the two causes that brought
+        the one and the other, and leaves too little of each for them to be found on top of it.
+        """
+        first = chain.looked[0][0]
+        if not _is_pliant(first.newest) or self._left(chain.gap) <= _DONE:
+            return None
+        enough = self.before - _PLAIN * (self.before - first.gap)
+        return next((c for c in chain.looked[0] if not _is_pliant(c.newest) and c.gap <= enough), None)
 
     def _supported(self, before: float, leaders: Sequence[Candidate], first: bool) -> bool:
         """Whether what the first of ``leaders`` closes is enough to name it."""
@@ -172,7 +206,10 @@ class Chooser:
             found.append(Candidate(whole, self.judge.quick(whole.build(self.base))))
         found.sort(key=lambda candidate: candidate.gap)
         # Of those that do equally well the plainest comes first: holes everywhere before holes on every material.
-        close = [c for c in found if c.gap - found[0].gap < _TIED * (self.before - self.floor)]
+        margin = _TIED * (self.before - self.floor)
+        if so_far and found and _is_pliant(found[0].newest):  # it takes up some of what is still to be found, too
+            margin = max(margin, _TAKEN_UP * (self.judge.quick(so_far.build(self.base)) - found[0].gap))
+        close = [c for c in found if c.gap - found[0].gap < margin]
         plainest = min(close, key=lambda candidate: len(candidate.newest.free), default=None)
         return sorted(found, key=lambda candidate: candidate is not plainest)
 
