@@ -102,6 +102,16 @@ class Trial:
         """Whether a target is what it should be."""
         return tree(out) == self.reference
 
+    def is_wrong(self, driver: "subprocess.Popen[bytes]", out: Path) -> bool:
+        """Whether a driver that has ended left something else than it should; what, is printed."""
+        found = tree(out)
+        names = sorted(name for name in {*found, *self.reference} if found.get(name) != self.reference.get(name))
+        if driver.returncode or names:
+            shown = ", ".join(f"{name} ({'changed' if found.get(name) else 'missing'})" for name in names[:6])
+            print(f"  wrong: exit status {driver.returncode}; {len(names)} files: {shown}", flush=True)
+            print((self.folder / "driver.log").read_text(errors="replace")[-2000:], flush=True)
+        return bool(driver.returncode or names)
+
     def finishes(self, out: Path, *words: str) -> bool:
         """Whether the same command makes the target what it should be."""
         return call(self.file, out, *words).returncode == 0 and self.is_same(out)
@@ -120,7 +130,7 @@ def kills(trial: Trial, moments: int, minutes: float) -> list[str]:
             _await_frame(driver, out, len(pictures(out)))
         ended = _sleep(driver, wait)
         if ended:
-            counts["wrong"] += driver.returncode != 0 or not trial.is_same(out)
+            counts["wrong"] += trial.is_wrong(driver, out)
             counts["sweeps"] += 1
             shutil.rmtree(out)
             number += 1
@@ -140,7 +150,8 @@ def kills(trial: Trial, moments: int, minutes: float) -> list[str]:
             counts["driver"] += 1
             counts["half"] += half_written(out)
             driver = _start(trial, out)
-    counts["wrong"] += driver.wait() != 0 or not trial.is_same(out)
+    driver.wait()
+    counts["wrong"] += trial.is_wrong(driver, out)
     counts["sweeps"] += 1
     now = frames(out)
     again |= {path for path, inode in known.items() if path in now and now[path] != inode}
@@ -159,7 +170,8 @@ def _children(pid: int) -> list[psutil.Process]:
 
 
 def _start(trial: Trial, out: Path) -> "subprocess.Popen[bytes]":
-    return subprocess.Popen(command(trial.file, out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    with (trial.folder / "driver.log").open("wb") as log:
+        return subprocess.Popen(command(trial.file, out), stdout=log, stderr=log)
 
 
 def _await_frame(driver: "subprocess.Popen[bytes]", out: Path, before: int) -> None:
@@ -316,6 +328,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=1e6, help="after which no more of them are tried")
     parser.add_argument("--times", type=int, default=8, help="of the other faults")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only-kills", action="store_true", help="None of the other faults.")
     given = parser.parse_args()
     print(machine())
     with tempfile.TemporaryDirectory(prefix="depthsim-faults-") as name:
@@ -330,7 +343,7 @@ def main() -> None:
             lambda: two_drivers(trial, given.times // 2),
             lambda: kills(trial, given.moments, given.minutes),
         ]
-        for attempt in tries:
+        for attempt in tries[-1:] if given.only_kills else tries:
             begin = time.monotonic()
             for line in attempt():
                 print(line, flush=True)
