@@ -31,15 +31,18 @@ from depthsim.trajectory import resolve_trajectory
 from depthsim.yamlfile import MOST_NODES, parse_yaml
 
 SLOW = {
-    "scene YAML": 25,
+    "scene YAML": 15,
     "scene builder": 8,
-    "report": 40,
-    "run": 60,
-    "bag MCAP": 25,
-    "bag sqlite3": 25,
-    "flight YAML": 60,
+    "report": 25,
+    "run": 40,
+    "bag ROS 1": 40,
+    "bag MCAP": 15,
+    "bag sqlite3": 15,
+    "bag MCAP file": 40,
+    "bag sqlite3 file": 40,
+    "flight YAML": 40,
 }
-INPUTS = 100
+INPUTS = 60
 SEED = 20_000  # not that of the benchmark: other inputs
 
 
