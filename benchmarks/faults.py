@@ -110,6 +110,11 @@ class Trial:
             shown = ", ".join(f"{name} ({'changed' if found.get(name) else 'missing'})" for name in names[:6])
             print(f"  wrong: exit status {driver.returncode}; {len(names)} files: {shown}", flush=True)
             print((self.folder / "driver.log").read_text(errors="replace")[-2000:], flush=True)
+            for name in [name for name in names if name.endswith(".png") and name in found][:6]:
+                files = [folder / name for folder in (out, self.folder / "reference")]
+                one, other = (decode_png(file) for file in files)
+                sizes = " and ".join(str(file.stat().st_size) for file in files)
+                print(f"    {name}: {(one != other).sum()} pixels differ, {sizes} bytes", flush=True)
         return bool(driver.returncode or names)
 
     def finishes(self, out: Path, *words: str) -> bool:
