@@ -1,8 +1,10 @@
 """A small sweep to try things on, and workers of the test's own process."""
 
-import hashlib
 from collections.abc import Callable
 from pathlib import Path
+
+import rooms
+from rooms import ROOM
 
 from depthsim.sweep.events import Event, Job, event_of
 from depthsim.sweep.plan import Plan
@@ -10,25 +12,6 @@ from depthsim.sweep.target import Target
 from depthsim.sweep.work import Maker
 from depthsim.sweep.worker import outcome
 
-ROOM = """
-o room
-usemtl cement
-v -3 -2 0
-v 3 -2 0
-v 3 2 0
-v -3 2 0
-v -3 -2 2.5
-v 3 -2 2.5
-v 3 2 2.5
-v -3 2 2.5
-f 1 2 3 4
-f 8 7 6 5
-f 1 5 6 2
-f 2 6 7 3
-usemtl plastic
-f 3 7 8 4
-f 4 8 5 1
-"""
 CAMERA = "{name: small, width: 106, height: 60, fx: 53, fy: 53, cx: 52.5, cy: 29.5, baseline: 0.05, rate: 30}"
 SWEEP = f"""
 name: small
@@ -58,8 +41,7 @@ def write_sweep(folder: Path, text: str = SWEEP) -> Path:
 
 def tree(folder: Path, without: tuple[str, ...] = ("work.parquet",)) -> dict[str, str]:
     """Every file under a folder by its relative path, as a hash of its bytes; not who made what, and how fast."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name not in without)
-    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+    return rooms.tree(folder, without)
 
 
 class Here:

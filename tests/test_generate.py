@@ -1,6 +1,5 @@
 """`generate` end to end: the same bytes whatever happens on the way."""
 
-import hashlib
 import os
 import random
 import shutil
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rooms import ROOM, tree
 
 from depthsim.camera import Camera
 from depthsim.errors import InputError
@@ -26,25 +26,6 @@ from depthsim.trajectory import resolve_trajectory
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 MATERIALS = Materials({tag: Material(m=m) for tag, m in (("cement", 0.35), ("plastic", 0.85))})
 CAMERA = Camera(name="small", width=106, height=60, fx=53, fy=53, cx=52.5, cy=29.5, baseline=0.05, rate=30)
-ROOM = """
-o room
-usemtl cement
-v -3 -2 0
-v 3 -2 0
-v 3 2 0
-v -3 2 0
-v -3 -2 2.5
-v 3 -2 2.5
-v 3 2 2.5
-v -3 2 2.5
-f 1 2 3 4
-f 8 7 6 5
-f 1 5 6 2
-f 2 6 7 3
-usemtl plastic
-f 3 7 8 4
-f 4 8 5 1
-"""
 
 
 @pytest.fixture
@@ -52,12 +33,6 @@ def room(tmp_path: Path) -> Path:
     path = tmp_path / "room.obj"
     path.write_text(ROOM)
     return path
-
-
-def tree(folder: Path) -> dict[str, str]:
-    """Every file under a folder by its relative path, as a hash of its bytes."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
 def make(room: Path, out: Path, threads: int = 2, profile: str = "paper", frames: int = 12, seed: int = 7) -> Path:

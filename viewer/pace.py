@@ -19,9 +19,10 @@ _PATIENCE = 20.0
 
 
 class Echo:
-    """Knows what the browser has taken in of what was sent: never more than two frames are on their way to it.
+    """Knows what the browser has taken in of what was sent.
 
-    With one alone it would draw the frame before a second time while it waits.
+    The next frame is worked out while one is drawn, and sent when that is done; to a browser that takes long, all the
+    same after a while, and never so that more than two are on their way to it.
     """
 
     def __init__(self, client: viser.ClientHandle) -> None:

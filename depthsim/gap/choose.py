@@ -122,7 +122,7 @@ class Chooser:
         self.say("settling the parameters")
         return Choice(self._settled(model), shares, ties, tuple(looked))
 
-    def _grow(self, chain: "_Chain") -> "_Chain":
+    def _grow(self, chain: _Chain) -> _Chain:
         """The chain with every further cause that is supported."""
         model, gap, looked, before = chain.model, chain.gap, list(chain.looked), list(chain.before)
         while (model is None or len(model.parts) < _MOST) and self._left(gap) > _DONE:
@@ -136,7 +136,7 @@ class Chooser:
                 model, gap = self._prune(model, gap)
         return _Chain(model, gap, looked, before)
 
-    def _plain_rival(self, chain: "_Chain") -> Candidate | None:
+    def _plain_rival(self, chain: _Chain) -> Candidate | None:
         """What to begin with instead, where the first cause bends to everything and all the same leaves something.
 
         Light from a side brings noise and holes: by itself it closes more than either of the two causes that brought

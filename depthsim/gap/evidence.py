@@ -121,7 +121,7 @@ class Evidence:
 
     def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = _FITTING) -> Counts:
         """(blocks, size): what a sensor with ``effects`` shows on those blocks."""
-        ordered = sorted((e for e in effects if not e.is_neutral), key=physical_order)
+        ordered = _acting(effects)
 
         def one(block: int) -> Counts:
             return self._count(block, (self._measure(ordered, int(i), seed) for i in self.blocks[block]))
@@ -130,7 +130,7 @@ class Evidence:
 
     def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = _FITTING) -> Counts:
         """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly."""
-        ordered = sorted((e for e in effects if not e.is_neutral), key=physical_order)
+        ordered = _acting(effects)
         frames = [int(i) for b in blocks for i in self.blocks[b]]
         first = {int(self.blocks[b][0]) for b in blocks}
 
@@ -144,7 +144,7 @@ class Evidence:
 
     def pictures(self, effects: Sequence[Effect], block: int, seed: int = 1) -> list[NDArray[np.uint16]]:
         """The frames of a block as a sensor with ``effects`` stores them."""
-        ordered = sorted((e for e in effects if not e.is_neutral), key=physical_order)
+        ordered = _acting(effects)
         return [self._measure(ordered, int(i), seed) for i in self.blocks[block]]
 
     def recount(
@@ -309,7 +309,7 @@ class Evidence:
 
     def _spread(self, frames: Sequence[int]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """The spread of the simulator's own error by tag and range [m]: the measure in which errors are told."""
-        effects = sorted((e for e in self.base if not e.is_neutral), key=physical_order)
+        effects = _acting(self.base)
         parts = []
         for index in frames:
             units = self._measure(effects, index, 0)
@@ -331,6 +331,11 @@ class Evidence:
                 own = error[here & (tag == t)]
                 spread[t, k] = max(np.median(own) * 1.4826 if own.size >= 200 else common, least)
         return cuts, spread
+
+
+def _acting(effects: Sequence[Effect]) -> list[Effect]:
+    """Those that change anything, in the order in which they act."""
+    return sorted((e for e in effects if not e.is_neutral), key=physical_order)
 
 
 def _regions(scene: Scene, levels: int = 6) -> NDArray[np.int16]:

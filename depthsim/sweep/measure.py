@@ -122,16 +122,9 @@ def _choose(plan: Plan) -> list[int]:
     for profile in range(len(plan.profiles)):
         for turn in range(each):
             scene = turn * len(plan.scenes) // each
-            index = next((i for i in _of_scene(plan, scene) if plan.run(i).profile == profile), None)
+            index = next((i for i in plan.runs_of(scene) if plan.run(i).profile == profile), None)
             found += [index] if index is not None and index not in found else []
     return found
-
-
-def _of_scene(plan: Plan, scene: int) -> range:
-    """The runs of a scene."""
-    before = sum(len(other.trajectories) for other in plan.scenes[:scene])
-    each = len(plan) // sum(len(other.trajectories) for other in plan.scenes)
-    return range(before * each, (before + len(plan.scenes[scene].trajectories)) * each)
 
 
 def _timed(maker: Maker, index: int, frames: int, folder: Path, clock: Callable[[], float]) -> tuple[float, int]:

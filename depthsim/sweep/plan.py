@@ -108,6 +108,10 @@ class Plan(_Planned):
         """The runs of one trajectory."""
         return len(self.profiles) * len(self.seeds) * self.draws
 
+    def runs_of(self, scene: int) -> range:
+        """The runs of a scene."""
+        return range(self._starts[scene] * self._each, self._starts[scene + 1] * self._each)
+
     def run(self, index: int) -> PlannedRun:
         """Run ``index``. Scenes come one after another, so that a worker holds few of them at a time.
 
