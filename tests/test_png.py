@@ -1,5 +1,6 @@
 import io
 import struct
+import threading
 import zlib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -216,6 +217,23 @@ def test_layout_in_memory_and_threads_do_not_change_the_bytes():
     assert encode_png(image[::-1][::-1]) == data
     with ThreadPoolExecutor(4) as pool:
         assert set(pool.map(lambda _: encode_png(image), range(16))) == {data}
+
+
+def test_where_a_thread_has_its_stack_does_not_change_the_bytes():
+    """The packer hashes an address unless it is kept from it: then about 8 of these 8,000 pictures are others."""
+    walls = [np.full((4, 40), value, np.uint16) for value in range(500, 540)]
+    expected, together, wrong = [encode_png(wall) for wall in walls], threading.Barrier(200), []
+
+    def encode():
+        together.wait()  # all threads are there at once, so that each has a stack of its own
+        wrong.extend(wall[0, 0] for wall, file in zip(walls, expected, strict=True) if encode_png(wall) != file)
+
+    threads = [threading.Thread(target=encode) for _ in range(together.parties)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
 
 
 def test_open3d_reads_ours(tmp_path: Path):
