@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,13 @@ class Picture:
     unit: float | None = None
 
 
+@cache
+def _types(ros1: bool) -> Any:
+    """The standard types. What they compile for a kind of message is kept for the next bag."""
+    typesys = load_extra("rosbags.typesys", "ros")
+    return typesys.get_typestore(typesys.Stores.ROS1_NOETIC if ros1 else typesys.Stores.ROS2_HUMBLE)
+
+
 class Decoder:
     """Decodes messages of the standard types; every method raises :class:`Damaged` for bytes that do not fit.
 
@@ -32,9 +40,8 @@ class Decoder:
     """
 
     def __init__(self, ros1: bool) -> None:
-        typesys = load_extra("rosbags.typesys", "ros")
         self._ros1 = ros1
-        self._store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC if ros1 else typesys.Stores.ROS2_HUMBLE)
+        self._store = _types(ros1)
         self._error = load_extra("rosbags.serde", "ros").SerdeError
 
     def read(self, message: Message) -> Any:
