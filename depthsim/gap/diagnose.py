@@ -15,7 +15,7 @@ import numpy as np
 
 from depthsim.errors import InputError
 from depthsim.gap.advice import advice_for
-from depthsim.gap.choose import Choice, Chooser
+from depthsim.gap.choose import Choice, choose
 from depthsim.gap.evidence import Evidence, open_run
 from depthsim.gap.hypotheses import RANGES, Setting, hypotheses
 from depthsim.gap.intervals import parameter_intervals
@@ -114,7 +114,7 @@ def investigate(
     if not _stands_out(before):
         return _nothing(evidence, judge, profile, before, notes)
     bank = hypotheses(evidence.base, setting_of(evidence), without)
-    choice = Chooser(evidence, judge, bank, before.gap, before.floor, say).run()
+    choice = choose(evidence, judge, bank, before.gap, before.floor, say)
     if not choice.model.parts and before.above < _FAINT * before.floor:
         return _nothing(evidence, judge, profile, before, (*notes, _FAINTLY))
     effects = choice.model.build(evidence.base)

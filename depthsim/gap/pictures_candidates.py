@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 
-from depthsim.gap.choose import Candidate, Choice
+from depthsim.gap.choose import Choice
 from depthsim.gap.pictures import FIXED, OTHER, SOFT, TIED, Picture, figure, png
 from depthsim.gap.result import Cause
+from depthsim.gap.search import Candidate
 
 _NAMES = "first", "second", "third", "fourth", "fifth"
 
