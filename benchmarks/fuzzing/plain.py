@@ -4,6 +4,9 @@ import re
 import struct
 from random import Random
 
+MOST = 1 << 20
+"""[bytes] What is kept of a mutated file."""
+
 NUMBERS = (
     "0", "-0", "1", "-1", "2", "127", "128", "255", "256", "65535", "65536", "2147483647", "2147483648", "-2147483649",
     "4294967296", "9223372036854775807", "9223372036854775808", "1000000000000", "99999999999999999999999999",
@@ -123,6 +126,11 @@ def _word(data: bytearray, rng: Random) -> bytearray:
     return _token(_WORD, WORDS, data, rng)
 
 
+def _times(line: bytes, rng: Random) -> int:
+    """How often a line is repeated, not much beyond what is kept of the whole."""
+    return min(rng.choice((2, 50, 2000)), 2 + MOST // (len(line) + 1))
+
+
 def _lines(data: bytearray, rng: Random) -> bytearray:
     """Lines dropped, doubled, swapped, joined, or made very long."""
     lines = bytes(data).split(b"\n")
@@ -137,9 +145,9 @@ def _lines(data: bytearray, rng: Random) -> bytearray:
     elif how == 3:
         lines[a : a + 2] = [b" ".join(lines[a : a + 2])]
     elif how == 4:
-        lines[a] = lines[a] * rng.choice((2, 50, 2000))
+        lines[a] = lines[a] * _times(lines[a], rng)
     else:
-        lines[a:a] = [lines[a]] * rng.choice((2, 50, 2000))
+        lines[a:a] = [lines[a]] * _times(lines[a], rng)
     return bytearray(b"\n".join(lines))
 
 
@@ -175,5 +183,5 @@ def _some(data: bytes, rng: Random, ways: tuple) -> bytes:
     for _ in range(rng.choice((1, 1, 1, 2, 3, 6))):
         if not data:
             return rng.randbytes(rng.choice((0, 1, 20)))
-        data = bytes(rng.choice(ways)(bytearray(data), rng))[: 1 << 20]
+        data = bytes(rng.choice(ways)(bytearray(data), rng))[:MOST]
     return data
