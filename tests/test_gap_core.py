@@ -12,11 +12,11 @@ from depthsim.camera import Camera
 from depthsim.gap import counting, fingerprint
 from depthsim.gap.covariates import covariates
 from depthsim.gap.distance import Ruler
-from depthsim.gap.evidence import choose_frames
 from depthsim.gap.hypotheses import Setting, hypotheses
 from depthsim.gap.judge import jackknife
 from depthsim.gap.result import Cause, Cut, Diagnosis, Gap, Unexplained
 from depthsim.gap.steps import _steps_of
+from depthsim.gap.stills import choose_frames
 from depthsim.gap.views import View
 from depthsim.raycast import Caster
 from depthsim.scene import Scene

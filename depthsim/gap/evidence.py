@@ -1,9 +1,8 @@
 """What a diagnosis looks at: some frames of a recording, what the scene is there, and what a simulator makes of it."""
 
-import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,53 +12,23 @@ from numpy.typing import NDArray
 from depthsim.errors import InputError
 from depthsim.gap import counting, fingerprint
 from depthsim.gap.covariates import Covariates, covariates
+from depthsim.gap.regions import region_name, split_scene
+from depthsim.gap.replay import FITTING, Replay, acting
+from depthsim.gap.spread import spread_of
+from depthsim.gap.stills import Still, choose_frames
 from depthsim.gap.views import Cuts, View, frame_cells, layout, make_cuts, make_views
 from depthsim.materials import Materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster, Geometry
 from depthsim.runs import Run
 from depthsim.scene import Scene
-from depthsim.sensor.effect import Effect, Stage, physical_order
-from depthsim.sensor.frame import Frame
+from depthsim.sensor.effect import Effect
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.scratch import Scratch
-from depthsim.sensor.sensor import to_units
-from depthsim.sensor.view import View as Rays
 
 Counts = NDArray[np.uint32]
-_FITTING = 1
-"""The seed of the simulations that parameters are fitted by."""
-_CASTS = 2
-"""How many casts of bent rays are kept of a frame."""
 T = TypeVar("T")
-_BLOCK = 4
-"""How many frames in a row go together at most, into fitting or into judging: neighbours in time are alike."""
-_SIMULATED, _COUNTED = 6e6, 50_000
-"""How many pixels are simulated in all, and about how many are counted of a frame: of a larger one, not every row."""
-
-
-@dataclass
-class _Still:
-    """What is known of one frame before any sensor has looked at it."""
-
-    index: int
-    stamp: float
-    pose: NDArray[np.float64]
-    geometry: Geometry
-    across: NDArray[np.float32]
-    per_spread: NDArray[np.float32]
-    places: NDArray[np.unsignedinteger]
-
-
-def choose_frames(count: int, pixels: int) -> list[NDArray[np.int64]]:
-    """Blocks of frames in a row, spread over the run; a short run is taken whole."""
-    wanted = int(np.clip(_SIMULATED // max(pixels, 1), 20, 40))
-    length = int(np.clip(min(count, wanted) // 10, 1 if count < 8 else 2, _BLOCK))
-    number = max(min(count, wanted) // length, 1)
-    if count <= wanted + length:
-        return [block for block in np.array_split(np.arange(count), number) if len(block)]
-    starts = np.linspace(0, count - length, number).round().astype(np.int64)
-    return [np.arange(start, start + length) for start in np.unique(starts)]
+_COUNTED = 50_000
+"""About how many pixels are counted of a frame: of a larger one, not every row."""
 
 
 class Evidence:
@@ -82,16 +51,15 @@ class Evidence:
         self.run, self.scene, self.materials, self.camera = run, scene, materials, run.camera
         self.threads = threads or core_count()
         self.caster = Caster(scene)
-        self._own = threading.local()
-        self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
-        self._casts: dict[int, list[tuple[list[Effect], bool, Geometry]]] = {}
         self.motion = Motion.along(run.trajectory)
+        self._replay = Replay(self.caster, scene, materials, run.camera, self.motion)
+        self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
         self.base = tuple(base)
         self.stride = max(1, round(run.camera.width * run.camera.height / _COUNTED))
         self.blocks = choose_frames(len(run), run.camera.width * run.camera.height)
         if len(self.blocks) < 2:
             raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to judge", "give 2 or more")
-        self.stills: dict[int, _Still] = {}
+        self.stills: dict[int, Still] = {}
         self._look(like)
         self.real: dict[int, Counts] = {}
         self._count_real()
@@ -119,18 +87,18 @@ class Evidence:
         """(blocks, size): what the recording shows."""
         return np.stack([self.real[b] for b in blocks])
 
-    def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = _FITTING) -> Counts:
+    def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = FITTING) -> Counts:
         """(blocks, size): what a sensor with ``effects`` shows on those blocks."""
-        ordered = _acting(effects)
+        ordered = acting(effects)
 
         def one(block: int) -> Counts:
             return self._count(block, (self._measure(ordered, int(i), seed) for i in self.blocks[block]))
 
         return np.stack(self.each(one, blocks))
 
-    def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = _FITTING) -> Counts:
+    def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = FITTING) -> Counts:
         """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly."""
-        ordered = _acting(effects)
+        ordered = acting(effects)
         frames = [int(i) for b in blocks for i in self.blocks[b]]
         first = {int(self.blocks[b][0]) for b in blocks}
 
@@ -144,7 +112,7 @@ class Evidence:
 
     def pictures(self, effects: Sequence[Effect], block: int, seed: int = 1) -> list[NDArray[np.uint16]]:
         """The frames of a block as a sensor with ``effects`` stores them."""
-        ordered = _acting(effects)
+        ordered = acting(effects)
         return [self._measure(ordered, int(i), seed) for i in self.blocks[block]]
 
     def recount(
@@ -153,45 +121,12 @@ class Evidence:
         """(size,) counts of pictures, corrected along one view; see :func:`counting.count_corrected`."""
         return self._count(block, pictures, correction)
 
-    def _measure(self, effects: Sequence[Effect], index: int, seed: int) -> NDArray[np.uint16]:
-        """One frame as the sensor with ``effects``, in physical order, stores it: Sensor.measure on known geometry."""
-        still, camera = self.stills[index], self.camera
-        bending = [effect for effect in effects if effect.stage <= Stage.OPTICS]
-        met, scratch = still.geometry, self._scratch()
-        if bending:
-            met = self._bent(bending, still, seed, any(effect.needs_right for effect in effects))
-        depth = scratch.empty(met.depth.shape)
-        depth[:] = met.depth
-        frame = Frame(depth, met, camera, self.scene, self.materials, self.motion, seed, index, still.stamp, 1, scratch)
-        for effect in effects[len(bending) :]:
-            effect.apply(frame)
-        return to_units(frame.depth, camera)
+    def region_name(self, region: int) -> str:
+        """A region of the scene in words: what it is made of and where it lies."""
+        return region_name(self.scene, self._region_of_face, region)
 
-    def _bent(self, bending: list[Effect], still: _Still, seed: int, right: bool) -> Geometry:
-        """What bent rays meet. The last few casts for fitting are kept: the bank is tried on top of one bent sensor."""
-        kept = self._casts.get(still.index, []) if seed == _FITTING else []
-        for effects, with_right, known in kept:
-            if effects == bending and (with_right or not right):
-                return known
-        view = Rays(
-            still.pose, self.camera.rays, self.camera, self.motion, seed, still.index, still.stamp, 1, self._own.scratch
-        )
-        for effect in bending:
-            effect.bend(view)
-        poses = view.pose if view.pose.ndim == 2 else view.pose[None]
-        met = self.caster.cast(self.camera, poses, right=right, rays=view.rays, threads=1)
-        met = met if view.pose.ndim == 2 else met[0]
-        if seed == _FITTING:
-            self._casts[still.index] = [(bending, right, met), *kept][:_CASTS]
-        return met
-
-    def _scratch(self) -> Scratch:
-        """This thread's memory for a frame."""
-        if not hasattr(self._own, "scratch"):
-            self._own.scratch = Scratch()
-        scratch: Scratch = self._own.scratch
-        scratch.begin()
-        return scratch
+    def _measure(self, ordered: Sequence[Effect], index: int, seed: int) -> NDArray[np.uint16]:
+        return self._replay.measure(ordered, self.stills[index], seed)
 
     def _count(
         self,
@@ -262,14 +197,13 @@ class Evidence:
 
         looked = dict(zip(frames, self.each(cast, frames), strict=True))
         sample = [looked[i][1] for i in frames[:: max(1, len(frames) // 10)]]
-        regions = _regions(self.scene)
-        self._region_of_face = regions
+        self._region_of_face = split_scene(self.scene)
         self.depths = np.concatenate([c.depth[c.depth > 0][::53] for c in sample] or [np.zeros(1, np.float32)])
         self.depths = self.depths if len(self.depths) else np.ones(1, np.float32)
         heights = np.concatenate([c.height[c.depth > 0][::53] for c in sample])
         self.heights = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)
         self.fastest = max((float(np.quantile(c.flow, 0.999)) for c in sample), default=0.0)
-        cuts = make_cuts(self.camera, self.scene.tags, sample, self.run.stamps, np.array(frames), regions)
+        cuts = make_cuts(self.camera, self.scene.tags, sample, self.run.stamps, np.array(frames), self._region_of_face)
         if like is not None:
             cuts = replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times)
         self.cuts, self.views = cuts, make_views(cuts)
@@ -277,12 +211,14 @@ class Evidence:
         first_of_block = {int(block[0]) for block in self.blocks}
         for index in frames:
             met, found = looked[index]
-            self.stills[index] = _Still(
+            self.stills[index] = Still(
                 index, float(self.run.stamps[index]), self.run.poses[index], met, found.across.reshape(-1),
                 np.empty(0, np.float32), np.empty((0, 0), np.uint16),
             )  # fmt: skip
         if like is None:
-            cuts.spread_cuts, cuts.spread = self._spread(frames[:: max(1, len(frames) // 8)])
+            ordered, some = acting(self.base), frames[:: max(1, len(frames) // 8)]
+            simulated = ((self._measure(ordered, i, 0), self.stills[i].geometry) for i in some)
+            cuts.spread_cuts, cuts.spread = spread_of(simulated, self.camera.depth_scale, len(self.scene.tags))
 
         def cut(index: int) -> None:
             still, found = self.stills[index], looked.pop(index)[1]
@@ -295,69 +231,6 @@ class Evidence:
             )  # fmt: skip
 
         self.each(cut, frames)
-
-    def region_name(self, region: int) -> str:
-        """A region of the scene in words: what it is made of and where it lies."""
-        faces = np.flatnonzero(self._region_of_face == region)
-        corners = self.scene.vertices[self.scene.faces[faces]].reshape(-1, 3)
-        if not len(faces):
-            return "nothing"
-        tags = np.bincount(self.scene.face_tags[faces], self.scene.areas[faces], len(self.scene.tags))
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        spans = ", ".join(f"{axis} {a:.1f} to {b:.1f}" for axis, a, b in zip("xyz", low, high, strict=True))
-        return f"{self.scene.tags[int(tags.argmax())]} at {spans} m"
-
-    def _spread(self, frames: Sequence[int]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """The spread of the simulator's own error by tag and range [m]: the measure in which errors are told."""
-        effects = _acting(self.base)
-        parts = []
-        for index in frames:
-            units = self._measure(effects, index, 0)
-            met = self.stills[index].geometry
-            ok = (units > 0) & (units < 65535) & (met.depth > 0)
-            error = np.abs(units[ok] * np.float32(self.camera.depth_scale) - met.depth[ok])
-            parts.append(np.stack([met.depth[ok], met.tag[ok].astype(np.float32), error]))
-        depth, tag, error = np.concatenate(parts, axis=1)
-        least = np.float32(0.3 * self.camera.depth_scale)
-        if not depth.size:
-            return np.empty(0, np.float32), np.full((2, 1), max(least, 1e-3), np.float32)
-        cuts = np.unique(np.quantile(depth, np.arange(1, 20) / 20).astype(np.float32))
-        cell = np.searchsorted(cuts, depth)
-        spread = np.empty((len(self.scene.tags) + 1, len(cuts) + 1), np.float32)
-        for k in range(len(cuts) + 1):
-            here = cell == k
-            common = np.median(error[here]) * 1.4826 if here.any() else least
-            for t in range(len(self.scene.tags) + 1):
-                own = error[here & (tag == t)]
-                spread[t, k] = max(np.median(own) * 1.4826 if own.size >= 200 else common, least)
-        return cuts, spread
-
-
-def _acting(effects: Sequence[Effect]) -> list[Effect]:
-    """Those that change anything, in the order in which they act."""
-    return sorted((e for e in effects if not e.is_neutral), key=physical_order)
-
-
-def _regions(scene: Scene, levels: int = 6) -> NDArray[np.int16]:
-    """A region of each face: the scene split at the middle of its widest side, ``levels`` times over, by area."""
-    middles = scene.vertices[scene.faces].mean(axis=1)
-    region = np.zeros(len(scene.faces), np.int16)
-    parts = [np.arange(len(scene.faces))]
-    for _ in range(levels):
-        halves = []
-        for part in parts:
-            if len(part) < 2:
-                halves.append(part)
-                continue
-            side = int(np.argmax(np.ptp(middles[part], axis=0)))
-            order = part[np.argsort(middles[part, side], kind="stable")]
-            area = np.cumsum(scene.areas[order])
-            at = int(np.clip(np.searchsorted(area, area[-1] / 2), 1, len(order) - 1))
-            halves += [order[:at], order[at:]]
-        parts = halves
-    for number, part in enumerate(parts):
-        region[part] = number
-    return region
 
 
 def open_run(run: Path | Run) -> Run:

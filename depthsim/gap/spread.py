@@ -1,0 +1,36 @@
+"""The spread of a simulator's own error: the measure in which errors are told."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.raycast import Geometry
+
+
+def spread_of(
+    frames: Iterable[tuple[NDArray[np.uint16], Geometry]], unit: float, tags: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Cuts of the range [m], and the spread of the depth [m] by tag and range between them: (tags + 1, cuts + 1).
+
+    frames: what the simulator stores, in units of ``unit`` metres, and what is there.
+    """
+    parts = []
+    for units, met in frames:
+        ok = (units > 0) & (units < 65535) & (met.depth > 0)
+        error = np.abs(units[ok] * np.float32(unit) - met.depth[ok])
+        parts.append(np.stack([met.depth[ok], met.tag[ok].astype(np.float32), error]))
+    depth, tag, error = np.concatenate(parts, axis=1)
+    least = np.float32(0.3 * unit)
+    if not depth.size:
+        return np.empty(0, np.float32), np.full((2, 1), max(least, 1e-3), np.float32)
+    cuts = np.unique(np.quantile(depth, np.arange(1, 20) / 20).astype(np.float32))
+    cell = np.searchsorted(cuts, depth)
+    spread = np.empty((tags + 1, len(cuts) + 1), np.float32)
+    for k in range(len(cuts) + 1):
+        here = cell == k
+        common = np.median(error[here]) * 1.4826 if here.any() else least
+        for t in range(tags + 1):
+            own = error[here & (tag == t)]
+            spread[t, k] = max(np.median(own) * 1.4826 if own.size >= 200 else common, least)
+    return cuts, spread
