@@ -75,7 +75,7 @@ def generate(
         if missing:
             save(scene, out)
             sensor = open_sensor(profile, caster or Caster(scene), camera, materials)
-            maker = FrameMaker(sensor, trajectory, seed, streams)
+            maker = FrameMaker(sensor, writer.trajectory, seed, streams)  # whose stamps are those of the files
             _write_frames(maker, writer, missing, total, threads or core_count(), progress)
         writer.finish()
     return Generated(out, total, len(missing))
