@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from backports import zstd
 from recordings import CAMERA, FRAMES, START, depth_of, path_of, write_run
 from rosbags import rosbag1
@@ -65,6 +66,17 @@ def test_our_ros2_bags_come_back_whole(run, bags, tmp_path, name):
         [[float(word) for word in line.split(",")] for line in ours],
         atol=1e-6, rtol=0,
     )  # fmt: skip
+
+
+def test_a_list_of_files_that_is_none_does_not_matter(run, bags, tmp_path):
+    """rosbags needs it only to close the bag, and fails there."""
+    shutil.copytree(bags / "bag", tmp_path / "bag")
+    listed = tmp_path / "bag" / "metadata.yaml"
+    facts = yaml.safe_load(listed.read_text())
+    facts["rosbag2_bagfile_information"]["files"] = "none"
+    listed.write_text(yaml.safe_dump(facts))
+    import_recording(tmp_path / "bag", tmp_path / "back")
+    assert_same(Run.open(tmp_path / "back"), run)
 
 
 def test_a_storage_file_alone_and_poses_from_tf(run, bags, tmp_path):

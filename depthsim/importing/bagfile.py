@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -81,11 +82,11 @@ class _Indexed:
         try:
             reader = module.Reader(path)
             reader.open()
+            return cls(reader)
         except InputError:
             raise
         except Exception:  # rosbags lets struct, database and key errors of broken files out as they are
             return None
-        return cls(reader)
 
     def messages(self, topics: set[str]) -> Iterator[Message]:
         wanted = [item for item in self._reader.connections if isinstance(item.topic, str) and item.topic in topics]
@@ -112,7 +113,8 @@ class _Indexed:
             raise Damaged(f"has a message that {error}") from None
 
     def close(self) -> None:
-        self._reader.close()
+        with suppress(Exception):  # rosbags takes what metadata.yaml has under `files` for a list
+            self._reader.close()
 
 
 def _topics(file: Path) -> dict[str, str]:
