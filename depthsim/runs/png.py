@@ -44,7 +44,7 @@ def encode_png(image: Image) -> bytes:
     np.subtract(rows[1:], rows[:-1], out=filtered[1:, 1:])
     colour = _RGB if image.ndim == 3 else _GREY
     header = width.to_bytes(4, "big") + height.to_bytes(4, "big") + bytes([8 * image.itemsize, colour, 0, 0, 0])
-    pixels = _deflate(memoryview(filtered).cast("B"))
+    pixels = _deflate(filtered.data.cast("B"))
     return b"".join([SIGNATURE, *_chunk(b"IHDR", header), *_chunk(b"IDAT", pixels), END])
 
 
