@@ -93,6 +93,7 @@ BROKEN_GRIDS = {
     "x,y,z,wx,wy\n0,0,0,1,0\n": "has no column wz",
     "x,y,z,wx,wy,wz\n0,0,0,1,0,0\n0,0,0,1,0,0\n": "has 2 places",
     "x,y,z,wx,wy,wz\n0,0,0,1,0,0\n1,1,0,1,0,0\n": "has 2 places, not 2 x 2 x 1",
+    "x,y,z,wx,wy,wz\n": "has no places under its header",
     "x,y,z,wx,wy,wz\n0,0,0,1,0,0\n1,0,0,1,0,0\n3,0,0,1,0,0\n": "goes in steps of 1 to 2 m",
     "x,y,z,wx,wy,wz\n0,0,0,nan,0,0\n": "is nan",
 }

@@ -57,7 +57,11 @@ def mutate_yaml(data: bytes, rng: Random) -> bytes:
     """YAML text, mostly of a changed document, else with what only YAML has, or of changed text."""
     lot = rng.random()
     if lot < 0.55:
-        text = yaml.dump(mutate_document(_loaded(data), rng), Dumper=_Dumper, sort_keys=False, allow_unicode=True)
+        document = mutate_document(_loaded(data), rng)
+        try:
+            text: str = yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
+        except RecursionError:  # deeper than PyYAML writes
+            return b"[" * 2000 + b"1"
         return text.encode("utf-8", "surrogatepass")
     if lot < 0.75:
         return _with_tags(data, rng)

@@ -53,6 +53,8 @@ def read_grid(path: Path) -> WindField:
     if missing:
         raise InputError(path, "header", f"has no column {' '.join(missing)}", f"name the columns {','.join(_COLUMNS)}")
     places, velocity = table.stack(_COLUMNS[:3]), table.stack(_COLUMNS[3:])
+    if not len(places):
+        raise InputError(path, "", "has no places under its header", "give every place of a regular grid once")
     axes = [np.unique(places[:, axis]) for axis in range(3)]
     shape = tuple(len(axis) for axis in axes)
     if len(places) != math.prod(shape) or len(np.unique(places, axis=0)) != len(places):
