@@ -36,9 +36,9 @@ class Replay:
     def measure(self, effects: Sequence[Effect], still: Still, seed: int) -> NDArray[np.uint16]:
         """(height, width) the frame as the sensor with ``effects``, as :func:`acting` orders them, stores it."""
         bending = [effect for effect in effects if effect.stage <= Stage.OPTICS]
-        met, scratch = still.geometry, self._scratch()
+        met, scratch = still.geometry, Scratch.of_thread(self._own)
         if bending:
-            met = self._bent(bending, still, seed, any(effect.needs_right for effect in effects))
+            met = self._bent(bending, still, seed, scratch, any(effect.needs_right for effect in effects))
         depth = scratch.empty(met.depth.shape)
         depth[:] = met.depth
         frame = Frame(
@@ -49,13 +49,13 @@ class Replay:
             effect.apply(frame)
         return to_units(frame.depth, self._camera)
 
-    def _bent(self, bending: list[Effect], still: Still, seed: int, right: bool) -> Geometry:
+    def _bent(self, bending: list[Effect], still: Still, seed: int, scratch: Scratch, right: bool) -> Geometry:
         """What bent rays meet. The last few casts for fitting are kept: the bank is tried on top of one bent sensor."""
         kept = self._casts.get(still.index, []) if seed == FITTING else []
         for effects, with_right, known in kept:
             if effects == bending and (with_right or not right):
                 return known
-        camera, scratch = self._camera, self._own.scratch
+        camera = self._camera
         view = View(still.pose, camera.rays, camera, self._motion, seed, still.index, still.stamp, 1, scratch)
         for effect in bending:
             effect.bend(view)
@@ -65,14 +65,6 @@ class Replay:
         if seed == FITTING:
             self._casts[still.index] = [(bending, right, met), *kept][:_CASTS]
         return met
-
-    def _scratch(self) -> Scratch:
-        """This thread's memory for a frame."""
-        if not hasattr(self._own, "scratch"):
-            self._own.scratch = Scratch()
-        scratch: Scratch = self._own.scratch
-        scratch.begin()
-        return scratch
 
 
 def acting(effects: Sequence[Effect]) -> list[Effect]:

@@ -134,7 +134,7 @@ class Sensor:
         motion = motion or Motion.still(pose)
         right = any(effect.needs_right for effect in self.effects)
         bending = [effect for effect in self.effects if effect.stage <= Stage.OPTICS]
-        scratch, before = self._scratch(), out.cast_already if out else None
+        scratch, before = Scratch.of_thread(self._own), out.cast_already if out else None
         cast = partial(self.caster.cast, self.camera, pose, right=right and not bending, threads=threads, out=before)
         clean: Geometry | Callable[[], Geometry] = cast
         if bending:
@@ -159,11 +159,3 @@ class Sensor:
         for effect in self.effects[len(bending) :]:
             effect.apply(frame)
         return Measurement(to_units(frame.depth, self.camera, threads, units), frame.depth, clean)
-
-    def _scratch(self) -> Scratch:
-        """This thread's memory for a frame."""
-        if not hasattr(self._own, "scratch"):
-            self._own.scratch = Scratch()
-        scratch: Scratch = self._own.scratch
-        scratch.begin()
-        return scratch
