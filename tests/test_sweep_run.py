@@ -143,6 +143,25 @@ def test_a_lost_manifest_is_made_again_from_the_runs(sweep: Path, made: Path, tm
         here(sweep, out)
 
 
+READS_ON_ONE_THREAD = """
+import os, sys
+import pyarrow.parquet
+from depthsim.sweep.show import State
+threads = lambda: len(os.listdir("/proc/self/task"))
+before = threads()
+State.read(sys.argv[1])
+print(threads() - before)
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="threads are counted in /proc, which is Linux")
+def test_the_manifest_is_read_without_threads(made: Path) -> None:
+    """A thread that still holds the file as the interpreter ends aborts the process, once in some thousand times."""
+    command = [sys.executable, "-c", READS_ON_ONE_THREAD, str(made)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stdout, result.stderr) == (0, "0\n", "")
+
+
 def test_damage_is_found_and_mended(sweep: Path, made: Path, tmp_path: Path) -> None:
     out = copied(made, tmp_path / "out")
     flipped = out / "runs/000/000002" / FIRST

@@ -128,14 +128,17 @@ class Manifest:
 
 def _read_rows(target: Target, count: int) -> Iterator[tuple[int, dict[str, Any]]]:
     """The rows that a target holds: those of the Parquet files, then those of the journal."""
-    parquet = load_extra("pyarrow.parquet", "sweep")
+    pyarrow, parquet = load_extra("pyarrow", "sweep"), load_extra("pyarrow.parquet", "sweep")
     merged: dict[int, dict[str, Any]] = {}
     for name in (MANIFEST, WORK):
         data = target.read(name)
         if data is None:
             continue
         try:
-            table = parquet.read_table(io.BytesIO(data)).to_pylist()
+            # On this thread alone: read_table leaves the file to threads that may still hold it as the interpreter
+            # ends, which aborts the process (apache/arrow issues 33975 and 34314).
+            with parquet.ParquetFile(pyarrow.BufferReader(data), pre_buffer=False) as file:
+                table = file.read(use_threads=False).to_pylist()
         except Exception as error:
             problem = f"is damaged ({str(error).splitlines()[0][:100]})"
             mend = "remove it: the same command looks at every run again"
