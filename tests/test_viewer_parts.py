@@ -1,6 +1,8 @@
 """What the viewer's page is made of, without a browser."""
 
 import json
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -194,6 +196,22 @@ def test_a_job_that_fails_is_told_in_one_line_and_the_next_one_is_done(capsys: p
     assert told[2][0] == "other"
     assert "ZeroDivisionError" in told[2][1]
     assert "\n" not in told[2][1]
+
+
+ENDS_WITH_A_JOB_UNDER_WAY = """
+import threading, time
+from viewer.worker import Worker
+begun = threading.Event()
+Worker(lambda _: None, lambda *_: None).ask("frame", lambda: (begun.set(), time.sleep(0.5), print("done")))
+begun.wait()
+"""
+
+
+def test_a_process_ends_after_the_job_that_is_under_way() -> None:
+    """A thread that is ended in the ray caster takes the process with it, by SIGSEGV or SIGABRT."""
+    command = [sys.executable, "-c", ENDS_WITH_A_JOB_UNDER_WAY]
+    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=Path(__file__).parents[1])
+    assert (result.returncode, result.stdout, result.stderr) == (0, "done\n", "")
 
 
 def test_a_browser_that_is_too_slow_gets_a_thinner_cloud_and_a_quick_one_all(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,5 +1,6 @@
 """One thread that does the heavy work of one browser, so that no page ever waits: the latest wish of a kind wins."""
 
+import atexit
 import heapq
 import sys
 import threading
@@ -36,6 +37,8 @@ class Worker:
         self._number, self._open = 0, True
         self._thread = threading.Thread(target=self._work, name="viewer", daemon=True)
         self._thread.start()
+        # A daemon thread is ended wherever it stands; inside the ray caster that takes the process down with it.
+        atexit.register(self._finish)
 
     def ask(self, kind: str, job: Job, delay: float = 0.0) -> None:
         """Do ``job`` in ``delay`` [s], in place of an earlier one of its kind."""
@@ -50,6 +53,11 @@ class Worker:
         with self._changed:
             self._open = False
             self._changed.notify()
+
+    def _finish(self) -> None:
+        """Begin nothing more, and wait for what is under way."""
+        self.close()
+        self._thread.join()
 
     def _next(self) -> _Wish | None:
         """The next job when it is due; None at the end."""
@@ -79,3 +87,4 @@ class Worker:
             self._told(None)
             if self._open:
                 self._ended(wish.kind, line)
+        atexit.unregister(self._finish)
