@@ -1,5 +1,56 @@
-"""`python -m depthsim` is `depthsim`."""
+"""The `depthsim` command. Little is imported before :func:`main` runs, so that Ctrl-C is one line at any moment."""
 
-from depthsim.cli import main
+import os
+import sys
 
-main()
+_INTERRUPTED = 130
+"""The exit status after Ctrl-C."""
+_KEPT = {
+    "generate": "; whole frames are kept, and the same command goes on from there",
+    "sweep": "; whole frames are kept, and the same command goes on from there",
+}
+"""What a command that was stopped leaves; any other leaves what there was before it."""
+
+
+def main() -> None:
+    """Run the command line. A fault of the input is one line on stderr and exit status 2, Ctrl-C one line and 130."""
+    try:
+        _run()
+    except BaseException as error:
+        if not _is_interrupt(error):
+            raise
+        print(f"stopped{_KEPT.get(''.join(sys.argv[1:2]), '')}", file=sys.stderr)
+        sys.exit(_INTERRUPTED)
+
+
+def _run() -> None:
+    # One thread for the little linear algebra there is: the kernels have the cores, and those of BLAS would spin beside
+    # them. Before numpy is imported, or it is too late.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from depthsim.cli import app
+    from depthsim.errors import InputError
+
+    try:
+        app()
+    except InputError as error:
+        if _is_interrupt(error):
+            raise
+        print(error, file=sys.stderr)
+        sys.exit(2)
+    except BrokenPipeError:
+        # Whoever read our output has gone, as in `depthsim ... | head`.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+
+
+def _is_interrupt(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is at the root of an error: whoever it falls upon may raise another for it."""
+    if isinstance(error, SystemExit) and error.code == _INTERRUPTED:  # typer's, which says nothing
+        return True
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
+if __name__ == "__main__":
+    main()

@@ -2,6 +2,10 @@
 
 import ctypes
 import importlib
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import ModuleType
 
 from depthsim.errors import InputError
@@ -17,7 +21,25 @@ def load_open3d() -> ModuleType:
     except (ImportError, OSError):
         pass  # then the machine's own libusb has to do
     try:
-        return importlib.import_module("open3d")
+        with _without_ctrl_c():
+            return importlib.import_module("open3d")
     except (ImportError, OSError) as error:
         problem = f"Open3D cannot be imported ({error})"
         raise InputError("open3d", "", problem, "install it by `pip install 'depthsim[open3d]'`") from None
+
+
+@contextmanager
+def _without_ctrl_c() -> Iterator[None]:
+    """Ctrl-C waits: Open3D, broken off as it loads, prints what it calls leaks at the end, and exits by 1."""
+    before = signal.getsignal(signal.SIGINT)
+    if not callable(before) or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    pressed: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pressed:
+        before(signal.SIGINT, None)

@@ -10,7 +10,7 @@ from reports import LACKED, OTHERS, PAPER, found, recorded
 from rich.console import Console
 from test_gap_report import checked
 
-from depthsim.cli import main
+from depthsim.__main__ import main
 from depthsim.gap import words
 from depthsim.gap.compare import compare_runs
 from depthsim.gap.comparereport import show_comparison, write_comparison

@@ -342,7 +342,7 @@ def test_damage_in_the_middle_keeps_what_was_before(tmp_path):
 def test_the_command_keeps_a_cut_bag_and_ends_with_status_2(tmp_path, monkeypatch, capsys):
     import sys
 
-    from depthsim.cli import main
+    from depthsim.__main__ import main
 
     write_viewer_bag(tmp_path / "whole.bag")
     file = cut(tmp_path / "whole.bag", 0.7, tmp_path / "cut.bag")

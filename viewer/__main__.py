@@ -2,7 +2,7 @@
 
 import sys
 
-from depthsim.cli import main
+from depthsim.__main__ import main
 
 sys.argv.insert(1, "view")
 main()

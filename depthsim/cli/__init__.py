@@ -3,12 +3,6 @@
 Everything heavy is imported inside the commands, so that `depthsim --help` starts at once.
 """
 
-import os
-import sys
-
-# The threads are ours: those of BLAS would spin beside them. Before numpy is imported, or it is too late.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import typer
 
 from depthsim.cli.diagnose import diagnose
@@ -25,10 +19,6 @@ from depthsim.cli.reconstruct import reconstruct
 from depthsim.cli.slam import slam
 from depthsim.cli.sweep import sweep
 from depthsim.cli.view import view
-from depthsim.errors import InputError
-
-_INTERRUPTED = 130
-"""The exit status after Ctrl-C."""
 
 app = typer.Typer(
     help="A RealSense depth sensor on triangle meshes, and the diagnosis of its sim-to-real gap.",
@@ -63,23 +53,4 @@ def _version(version: bool = typer.Option(False, "--version", help="Show the ver
         raise typer.Exit
 
 
-def main() -> None:
-    """Run the command line; a fault of the input is one line on stderr and exit status 2."""
-    # One thread for the little linear algebra there is: the kernels have the cores.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    try:
-        app()
-    except InputError as error:
-        print(error, file=sys.stderr)
-        sys.exit(2)
-    except SystemExit as stop:
-        if stop.code == _INTERRUPTED:  # typer has caught the KeyboardInterrupt and says nothing
-            print("stopped; whole frames are kept, and the same command goes on from there", file=sys.stderr)
-        raise
-    except BrokenPipeError:
-        # Whoever read our output has gone, as in `depthsim ... | head`.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
-
-
-__all__ = ["app", "main"]
+__all__ = ["app"]
