@@ -1,6 +1,7 @@
 """Broken inputs for every reader: each must end in a value or in one line, within 10 s and 2 GB.
 
     ./run python benchmarks/fuzz.py [--reader run --reader PNG] [--inputs 100000] [--seconds 600] [--seed 1]
+    ./run python benchmarks/fuzz.py guided --keep DIR [--reader run] [--inputs 10000]    steered by atheris
     ./run python benchmarks/fuzz.py show --reader run --number 17 --keep DIR      one input again, with its traceback
 
 The same seed gives the same inputs. Exit status 1 where an input ended in a traceback, a hang, or out of memory.
@@ -18,6 +19,7 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.fuzzing.guided import missing, run_guided
 from benchmarks.fuzzing.inputs import Corpus
 from benchmarks.fuzzing.readers import READERS
 from benchmarks.fuzzing.worker import OUTCOMES, Tally, limit_memory, outcome, random_of, run_inputs
@@ -41,11 +43,26 @@ def fuzz(
     tallies: dict[str, Tally] = {}
     for name in _chosen(reader):
         tally = tallies[name] = run_inputs(READERS[name], seed, range(first, first + inputs), seconds)
-        counts = ", ".join(f"{tally.counts[kind]:,} {kind}" for kind in OUTCOMES)
-        print(f"{name}: {tally.inputs:,} inputs in {tally.seconds:.0f} s: {counts}", flush=True)
-        for key, (number, text) in tally.bad.items():
-            last = text.strip().splitlines()[-1:] or [""]
-            print(f"    input {number}: {key}: {last[0][:200]}", flush=True)
+        _tell(name, tally)
+    _print(tallies)
+    raise SystemExit(any(tally.failed for tally in tallies.values()))
+
+
+@app.command()
+def guided(
+    keep: Annotated[Path, typer.Option(help="A folder, for the inputs that end badly.")],
+    reader: Names = None,
+    inputs: Annotated[int, typer.Option(min=1, help="For each reader.")] = 2000,
+    seconds: Annotated[float | None, typer.Option(help="For each reader, at most.")] = None,
+    seed: Annotated[int, typer.Option()] = 1,
+) -> None:
+    """Let libFuzzer choose inputs by what they reach in our code; needs atheris, which is not locked."""
+    if why := missing():
+        raise SystemExit(why)
+    tallies: dict[str, Tally] = {}
+    for name in _chosen(reader):
+        tallies[name] = run_guided(READERS[name], seed, inputs, seconds, keep)
+        _tell(name, tallies[name])
     _print(tallies)
     raise SystemExit(any(tally.failed for tally in tallies.values()))
 
@@ -80,6 +97,14 @@ def _chosen(names: list[str] | None) -> list[str]:
         if name not in READERS:
             raise SystemExit(f"no reader {name!r}; the readers are {', '.join(READERS)}")
     return names or list(READERS)
+
+
+def _tell(name: str, tally: Tally) -> None:
+    counts = ", ".join(f"{tally.counts[kind]:,} {kind}" for kind in OUTCOMES)
+    print(f"{name}: {tally.inputs:,} inputs in {tally.seconds:.0f} s: {counts}", flush=True)
+    for key, (number, text) in tally.bad.items():
+        last = text.strip().splitlines()[-1:] or [""]
+        print(f"    input {number}: {key}: {last[0][:200]}", flush=True)
 
 
 def _print(tallies: dict[str, Tally]) -> None:

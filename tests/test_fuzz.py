@@ -1,5 +1,6 @@
 """A slice of benchmarks/fuzz.py: broken inputs for every reader end in a value or in one line."""
 
+import json
 import math
 import sys
 from collections.abc import Callable
@@ -14,8 +15,9 @@ from hypothesis import strategies as st
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from benchmarks.fuzzing.documents import mutate_yaml
+from benchmarks.fuzzing.guided import Fuzzed
 from benchmarks.fuzzing.readers import READERS
-from benchmarks.fuzzing.worker import HANG, REFUSED, TRACEBACK, outcome, run_inputs
+from benchmarks.fuzzing.worker import ACCEPTED, HANG, REFUSED, TRACEBACK, outcome, run_inputs
 from depthsim.camera import load_camera
 from depthsim.errors import InputError
 from depthsim.flight.pathspec import resolve_path
@@ -51,6 +53,20 @@ def test_a_reader_takes_or_refuses_what_is_broken(name):
     tally = run_inputs(READERS[name], SEED, range(SLOW.get(name, INPUTS)))
     assert tally.failed == 0, tally.bad
     assert tally.counts[REFUSED] > 0  # the inputs are broken, indeed
+
+
+def test_the_inputs_that_atheris_chooses_are_read_and_counted(tmp_path):
+    """Without atheris: what stands between libFuzzer and a reader."""
+    (tmp_path / "keep").mkdir()
+    names = {"reader": "camera", "home": str(tmp_path), "keep": str(tmp_path / "keep")}
+    fuzzed = Fuzzed(names | {"inputs": 1000, "seconds": 0, "seed": 1})
+    assert fuzzed.seeds(tmp_path / "corpus") > 4096
+    (valid,) = [file.read_bytes() for file in (tmp_path / "corpus").iterdir()]
+    for data in [valid] * 30 + [b"", b"\x00", b"\x07fx: ["] * 10:
+        fuzzed.one(data)
+    told = json.loads((tmp_path / "report.json").read_text())
+    assert told["counts"] == {ACCEPTED: 30, REFUSED: 20}
+    assert (tmp_path / "in" / "camera.yaml").read_bytes() == valid[1:]
 
 
 def test_the_same_seed_gives_the_same_inputs():

@@ -24,6 +24,21 @@ class Corpus:
         self._files = {file: file.read_bytes() for file in files}
         self._targets = [file for file in files if not reader.only or file.suffix in reader.only]
 
+    @property
+    def targets(self) -> list[tuple[str, bytes]]:
+        """The files that are changed: name and valid content."""
+        return [(file.name, self._files[file]) for file in self._targets]
+
+    @contextmanager
+    def holding(self, target: int, data: bytes) -> Iterator[Path]:
+        """The folder with one of the :attr:`targets` replaced; as it was when the block ends."""
+        file = self._targets[target]
+        try:
+            file.write_bytes(data)
+            yield self.folder
+        finally:
+            self._restore({file})
+
     @contextmanager
     def broken(self, rng: Random) -> Iterator[Path]:
         """The folder with one or two files changed; as it was when the block ends."""
@@ -33,10 +48,7 @@ class Corpus:
                 self._break(file, rng)
             yield self.folder
         finally:
-            for file in chosen:
-                self._put_back(file)
-            if self.out.exists() or self.out.is_symlink():
-                shutil.rmtree(self.out, ignore_errors=True)
+            self._restore(chosen)
 
     def _break(self, file: Path, rng: Random) -> None:
         lot = rng.random()
@@ -59,6 +71,12 @@ class Corpus:
             name = rng.choice([word for word in WORDS if "/" not in word and "\0" not in word and 0 < len(word) < 200])
             name = name if name not in (".", "..") else "x"
             (file.with_name(name + file.suffix)).write_bytes(self._files[file])
+
+    def _restore(self, changed: set[Path]) -> None:
+        for file in changed:
+            self._put_back(file)
+        if self.out.exists() or self.out.is_symlink():
+            shutil.rmtree(self.out, ignore_errors=True)
 
     def _put_back(self, file: Path) -> None:
         if file.is_dir() and not file.is_symlink():

@@ -118,7 +118,7 @@ def run_inputs(reader: Reader, seed: int, numbers: range, seconds: float | None 
 
 def _warm(reader: Reader) -> None:
     """Import and compile once, so that the processes need not, and make sure that the seed itself is valid."""
-    with tempfile.TemporaryDirectory(dir=_fast()) as home, warnings.catch_warnings():
+    with tempfile.TemporaryDirectory(dir=fast_folder()) as home, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         corpus = Corpus(reader, Path(home))
         reader.read(corpus.folder, corpus.out)
@@ -128,7 +128,7 @@ def _batch(reader: Reader, seed: int, numbers: range, tally: Tally, until: float
     """One process; gives back the number that comes next, after a death the one after the deadly input."""
     context = multiprocessing.get_context("fork")
     here, there = context.Pipe(duplex=False)
-    with tempfile.TemporaryDirectory(dir=_fast()) as home:
+    with tempfile.TemporaryDirectory(dir=fast_folder()) as home:
         process = context.Process(target=_work, args=(reader, seed, numbers, there, home, until), daemon=True)
         process.start()
         there.close()
@@ -172,12 +172,12 @@ def _work(reader: Reader, seed: int, numbers: range, pipe: Connection, home: str
         if until is not None and time.monotonic() > until:
             pipe.send((number, "end", "", "", 0.0, 0))
             return
-        before = _peak()
+        before = peak_memory()
         with corpus.broken(random_of(reader, seed, number)) as folder:
             begin = time.process_time()
             kind, key, text = outcome(lambda folder=folder: reader.read(folder, corpus.out))  # type: ignore[misc]
             took = time.process_time() - begin
-        peak = _peak()
+        peak = peak_memory()
         if kind in (ACCEPTED, REFUSED) and peak > max(MEMORY, before):
             kind, key, text = FULL, "peak", f"{peak / 2**20:.0f} MB"
         pipe.send((number, kind, key, text, took, peak))
@@ -192,11 +192,11 @@ def limit_memory() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY,) * 2)
 
 
-def _peak() -> int:
-    """[bytes]"""
+def peak_memory() -> int:
+    """[bytes] The most that this process has held."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
-def _fast() -> str | None:
+def fast_folder() -> str | None:
     """A folder in memory, where there is one."""
     return "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
