@@ -18,7 +18,7 @@ from depthsim.gap.diagnose import MEASURE, UNIT
 from depthsim.gap.distance import Ruler
 from depthsim.gap.evidence import Evidence, open_run
 from depthsim.gap.fingerprint import ACROSS, BINS, ERROR, PHASE
-from depthsim.gap.locate import PAIRS, beyond_each
+from depthsim.gap.locate import PAIRS, beyond_each, shortest_row
 from depthsim.gap.moments import Difference, compare
 from depthsim.gap.result import Cut, Diagnosis, Gap, Unexplained
 from depthsim.gap.unknown import place_in_words
@@ -191,13 +191,7 @@ def _part(shares: Floats, *, ordered: bool, enough: float = 0.7) -> NDArray[np.i
     if not ordered:
         order = np.argsort(-shares)
         return order[: min(int(np.searchsorted(np.cumsum(shares[order]), enough)) + 1, 3)]
-    sums = np.concatenate([[0], np.cumsum(shares)])
-    best = (0, len(shares))
-    for begin in range(len(shares)):
-        end = int(np.searchsorted(sums, sums[begin] + enough - 1e-12))
-        if end <= len(shares) and end - begin < best[1] - best[0]:
-            best = (begin, end)
-    return np.arange(*best)
+    return shortest_row(shares, enough)
 
 
 def _told(difference: Difference) -> str:

@@ -167,7 +167,7 @@ def cuts_of(
         if view.axis in seen or place.depends < 0.02 or len(cuts) >= most:
             continue
         seen.add(view.axis)
-        cells = _part(place.shares) if view.unit else _largest(place.shares)
+        cells = shortest_row(place.shares) if view.unit else _largest(place.shares)
         difference = compare(evidence, place.view, cells, real, simulated)
         cuts.append(_tell(evidence, place, cells, difference))
         if difference.what == "tail" and "residual_tail" not in seen:
@@ -193,8 +193,8 @@ def _tell(evidence: Evidence, place: Place, cells: NDArray[np.int64], difference
     )
 
 
-def _part(shares: Floats, enough: float = 0.7) -> NDArray[np.int64]:
-    """The shortest row of cells that holds ``enough`` of the gap."""
+def shortest_row(shares: Floats, enough: float = 0.7) -> NDArray[np.int64]:
+    """The shortest row of cells that holds ``enough`` of the whole."""
     sums = np.concatenate([[0], np.cumsum(shares)])
     best = (0, len(shares))
     for begin in range(len(shares)):

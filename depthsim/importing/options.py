@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from depthsim.errors import InputError
+from depthsim.runs import layout
+from depthsim.trajectory import Trajectory, read_tum
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,13 @@ class ImportOptions:
     def pose_file(self) -> Path | None:
         """``poses`` where it is the path of a file."""
         return Path(self.poses) if self.poses and os.path.isfile(self.poses) else None
+
+    def poses_of(self, folder: Path) -> Trajectory | None:
+        """The poses of a folder of pictures: those of ``poses``, else of its groundtruth.txt, else none."""
+        if self.poses and not self.pose_file:
+            raise InputError(self.poses, "", "no such file", "give --poses a TUM file")
+        file = self.pose_file or folder / layout.GROUND_TRUTH
+        return read_tum(file) if file.exists() else None
 
 
 @dataclass(frozen=True)

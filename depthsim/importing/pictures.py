@@ -20,7 +20,6 @@ from depthsim.presets import resolve_camera
 from depthsim.runs import layout
 from depthsim.runs.arrays import array_of
 from depthsim.runs.png import decode_png
-from depthsim.trajectory import read_tum
 from depthsim.yamlfile import read_text
 
 _SUFFIXES = (".png", ".npy")
@@ -42,11 +41,9 @@ def read_pictures(source: Path, folder: Path, options: ImportOptions) -> Importe
         image = colours / f"{file.stem}.png" if colours else None
         if image is not None and image.exists():
             recording.add("rgb", stamp, _intensity(image, camera))
-    poses = options.pose_file or source / layout.GROUND_TRUTH
-    if options.poses and not options.pose_file:
-        raise InputError(options.poses, "", "no such file", "give --poses a TUM file")
-    frames, notes = recording.finish(camera, read_tum(poses) if poses.exists() else None)
-    return Imported(frames, poses.exists(), tuple(notes))
+    poses = options.poses_of(source)
+    frames, notes = recording.finish(camera, poses)
+    return Imported(frames, poses is not None, tuple(notes))
 
 
 def _camera(source: Path, options: ImportOptions) -> Camera:

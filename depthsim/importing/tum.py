@@ -16,7 +16,6 @@ from depthsim.presets import resolve_camera
 from depthsim.runs import layout
 from depthsim.runs.folder import read_list
 from depthsim.runs.png import decode_png
-from depthsim.trajectory import read_tum
 
 FREIBURG = {
     "1": (517.3, 516.5, 318.6, 255.3),
@@ -47,11 +46,9 @@ def read_sequence(source: Path, folder: Path, options: ImportOptions) -> Importe
                 problem = f"is {image.shape[1]}x{image.shape[0]} of {image.dtype}"
                 raise InputError(file, "", problem, f"give 8-bit images of {camera.width}x{camera.height}")
             recording.add("rgb", float(stamp), image)
-    poses = options.pose_file or source / layout.GROUND_TRUTH
-    if options.poses and not options.pose_file:
-        raise InputError(options.poses, "", "no such file", "give --poses a TUM file")
-    frames, notes = recording.finish(camera, read_tum(poses) if poses.exists() else None)
-    return Imported(frames, poses.exists(), tuple(notes))
+    poses = options.poses_of(source)
+    frames, notes = recording.finish(camera, poses)
+    return Imported(frames, poses is not None, tuple(notes))
 
 
 def _camera(source: Path, options: ImportOptions) -> Camera:
