@@ -127,12 +127,14 @@ def odd_scheme(path: Path) -> str | None:
         base = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
     except sqlite3.Error:
         return None
+    base.text_factory = lambda text: text.decode(errors="replace")  # what SQLite can read, this can
     try:
+        base.execute("PRAGMA writable_schema=ON")  # else SQLite refuses a file that is shorter than it was
         for kind, name, text in base.execute("SELECT type, name, sql FROM sqlite_master"):
             words = str(text).upper().replace("(", " ").split()
             if kind in ("view", "trigger") or "VIRTUAL" in words or (name in _TABLES and "AS" in words):
                 return "computes its messages instead of holding them"
-    except (sqlite3.Error, UnicodeDecodeError):
+    except sqlite3.Error:
         pass  # damaged
     finally:
         base.close()
