@@ -306,6 +306,7 @@ def test_a_report_that_lacks_something_is_told_in_one_line(tmp_path: Path) -> No
     (folder / "vehicle.yaml").write_text("name: f450")
     with pytest.raises(InputError, match="the report of a flight"):
         open_stage(folder)
-    (folder / "diagnosis.json").write_text("{")
-    with pytest.raises(InputError, match="is not JSON"):
-        open_stage(folder)
+    for text in ("{", "[" * 100_000):
+        (folder / "diagnosis.json").write_text(text)
+        with pytest.raises(InputError, match="is not JSON"):
+            open_stage(folder)

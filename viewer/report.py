@@ -138,6 +138,6 @@ def _comes_along(name: str) -> bool:
 def _read_diagnosis(file: Path) -> Diagnosis:
     try:
         value = json.loads(read_text(file, "a diagnosis.json"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(file, "", f"is not JSON ({error})", "run diagnose again") from None
     return validate(Diagnosis, value, file)

@@ -149,8 +149,8 @@ def _read_rows(target: Target, count: int) -> Iterator[tuple[int, dict[str, Any]
         try:
             row = json.loads(line)
             merged[int(row["run"])] = row
-        except (ValueError, KeyError, TypeError):  # half a line, of a disk that was full: its run is looked at again
-            continue
+        except (ValueError, KeyError, TypeError, RecursionError):
+            continue  # half a line, of a disk that was full: its run is looked at again
     yield from ((run, row) for run, row in merged.items() if 0 <= run < count and row.get("state") in (WHOLE, FAILED))
 
 
