@@ -322,6 +322,8 @@ def test_the_drift_is_closed_and_looks_inward() -> None:
         ("wall", {"width": float("nan")}, "give a finite number"),
         ("wall", {"height": -2}, "height is -2 m; give 0.01 to 1000"),
         ("office", {"seed": 1.5}, "give a whole number such as 1"),
+        ("wall", {"height": 1 << 20000}, "height is a number of 20001 bits; give a finite number"),
+        ("office", {"seed": -(1 << 20000)}, "seed is a number of 20001 bits; give a whole number"),
         ("tunnel", {"rows": 5}, "rows is 5; give 100 to 4000"),
     ],
 )

@@ -1,7 +1,7 @@
 """The builders by name, and their parameters checked against their signatures."""
 
 import inspect
-import math
+import sys
 from collections.abc import Callable
 
 from depthsim.procedural.corridor import corridor
@@ -17,6 +17,7 @@ BUILDERS: dict[str, Callable[..., Part]] = {
 }
 """By name, the functions that make a scene from typed keyword parameters that all have a default."""
 
+_TOO_LONG = 1 << 63
 _KINDS = {int: "a whole number", float: "a finite number", str: "a text"}
 
 
@@ -35,11 +36,20 @@ def build(name: str, **parameters: object) -> Part:
             raise ValueError(f"{name} has no parameter {key!r}; its parameters are {', '.join(known)}")
         kind = known[key].annotation
         if not _fits(value, kind):
-            raise ValueError(f"{name}: {key} is {value!r}; give {_KINDS[kind]} such as {known[key].default!r}")
+            raise ValueError(f"{name}: {key} is {_shown(value)}; give {_KINDS[kind]} such as {known[key].default!r}")
     return builder(**parameters)
 
 
 def _fits(value: object, kind: type) -> bool:
     if isinstance(value, bool):
         return False
-    return isinstance(value, int | float) and math.isfinite(value) if kind is float else isinstance(value, kind)
+    if kind is float:
+        return isinstance(value, int | float) and abs(value) <= sys.float_info.max
+    return isinstance(value, kind) and not (isinstance(value, int) and abs(value) >= _TOO_LONG)
+
+
+def _shown(value: object) -> str:
+    """As it is written, but for a number so long that Python does not write it."""
+    if isinstance(value, int) and abs(value) >= _TOO_LONG:
+        return f"a number of {value.bit_length()} bits"
+    return repr(value)
