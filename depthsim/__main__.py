@@ -14,6 +14,7 @@ _KEPT = {
 
 def main() -> None:
     """Run the command line. A fault of the input is one line on stderr and exit status 2, Ctrl-C one line and 130."""
+    before, sys.unraisablehook = sys.unraisablehook, _once_more
     try:
         _run()
     except BaseException as error:
@@ -21,6 +22,8 @@ def main() -> None:
             raise
         print(f"stopped{_KEPT.get(''.join(sys.argv[1:2]), '')}", file=sys.stderr)
         sys.exit(_INTERRUPTED)
+    finally:
+        sys.unraisablehook = before
 
 
 def _run() -> None:
@@ -41,6 +44,17 @@ def _run() -> None:
         # Whoever read our output has gone, as in `depthsim ... | head`.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
+
+
+def _once_more(lost: "sys.UnraisableHookArgs") -> None:
+    """Where Ctrl-C falls into a place that cannot raise, such as a callback of numba's compiler, press it again."""
+    if not isinstance(lost.exc_value, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
+        return
+    import _thread
+    import threading
+
+    threading.Timer(0.05, _thread.interrupt_main).start()
 
 
 def _is_interrupt(error: BaseException | None) -> bool:
