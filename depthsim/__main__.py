@@ -61,9 +61,11 @@ def _is_interrupt(error: BaseException | None) -> bool:
     """Whether Ctrl-C is at the root of an error: whoever it falls upon may raise another for it."""
     if isinstance(error, SystemExit) and error.code == _INTERRUPTED:  # typer's, which says nothing
         return True
-    while error is not None and not isinstance(error, KeyboardInterrupt):
+    for _ in range(100):  # a chain of causes may be a ring
+        if error is None or isinstance(error, KeyboardInterrupt):
+            break
         error = error.__cause__ or error.__context__
-    return error is not None
+    return isinstance(error, KeyboardInterrupt)
 
 
 if __name__ == "__main__":

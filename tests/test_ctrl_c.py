@@ -42,7 +42,7 @@ def command(*words: str | Path) -> str:
 
 
 @pytest.mark.parametrize("error", ["", "RuntimeError('of Ctrl-C')", "InputError('file', '', 'is damaged', 'mend it')"])
-@pytest.mark.parametrize("module", ["typer", "depthsim.generate", "numpy"])
+@pytest.mark.parametrize("module", ["typer", "numpy"])
 def test_as_the_command_starts(module: str, error: str, tmp_path: Path) -> None:
     """Python wraps an interrupt in the making of a class, and a reader of a file may take it for damage."""
     then = "from depthsim.errors import InputError\n" + command("generate", "office", "--out", tmp_path / "run")

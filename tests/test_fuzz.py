@@ -69,7 +69,7 @@ ENDLESS = "WITH RECURSIVE c(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM c) SELEC
         "ALTER TABLE messages ADD COLUMN more BLOB AS (zeroblob(900000000))",
     ],
 )
-@pytest.mark.parametrize("share", [1.0, 0.8, 0.55, 0.4])
+@pytest.mark.parametrize("share", [0.8, 0.55])
 def test_a_database_that_computes_its_rows_is_refused_even_cut_off(scheme, share, tmp_path):
     """Cut off, it is read in a way that tells less of its scheme; atheris found one that went on for ever."""
     corpus = Corpus(READERS["bag sqlite3 file"], tmp_path)
