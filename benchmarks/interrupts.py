@@ -63,6 +63,18 @@ def commands(home: Path) -> dict[str, list[str]]:
     }
 
 
+def duration(words: list[str], out: str, at_most: float) -> float:
+    """How long a command takes that is let be [s]."""
+    begin = time.monotonic()
+    process = start([*DEPTHSIM, *(out if word == "OUT" else word for word in words)])
+    try:
+        process.communicate(timeout=at_most)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+    return time.monotonic() - begin
+
+
 def interrupt(words: list[str], after: float, folder: Path) -> tuple[str, str]:
     """What comes of one Ctrl-C, and what to show of it if it is wrong."""
     command = [*DEPTHSIM, *(str(folder / "out") if word == "OUT" else word for word in words)]
@@ -133,14 +145,7 @@ def main() -> None:
     bad: list[str] = []
     with tempfile.TemporaryDirectory() as home:
         for name, words in commands(Path(home)).items():
-            begin = time.monotonic()
-            process = start([*DEPTHSIM, *(f"{home}/whole {name}" if word == "OUT" else word for word in words)])
-            try:  # how long it takes, up to 20 s
-                process.communicate(timeout=6 if name == "view" else 20)
-            except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.communicate()
-            longest = time.monotonic() - begin
+            longest = duration(words, f"{home}/whole {name}", at_most=6 if name == "view" else 20)
             counts[name] = Counter()
             for moment in track(range(given.moments), name, console=Console(stderr=True), transient=True):
                 folder = Path(home, f"{name} {moment}")

@@ -113,25 +113,19 @@ class Fuzzed:
 
     def one(self, data: bytes) -> None:
         """Read one input."""
-        from benchmarks.fuzzing.worker import ACCEPTED, FULL, MEMORY, REFUSED, outcome, peak_memory
+        from benchmarks.fuzzing.worker import measured
 
         if not data:
             return
         (self._home / "input").write_bytes(data)
-        before, begin = peak_memory(), time.process_time()
         with self._corpus.holding(data[0] % len(self._targets), data[1:]) as folder:
-            kind, key, text = outcome(lambda: self._reader.read(folder, self._corpus.out))
-        took, peak = time.process_time() - begin, peak_memory()
-        if kind in (ACCEPTED, REFUSED) and peak > max(MEMORY, before):
-            kind, key, text = FULL, "peak", f"{peak / 2**20:.0f} MB"
-        tally = self._tally
-        if kind not in (ACCEPTED, REFUSED) and f"{kind}: {key}" not in tally.bad:
-            tally.bad[f"{kind}: {key}"] = (tally.inputs, text)
-            (self._keep / f"{self._reader.name} {tally.inputs}").write_bytes(data)
-        tally.counts[kind] += 1
-        tally.slowest, tally.peak = max(tally.slowest, (took, tally.inputs)), max(tally.peak, peak)
+            told = measured(lambda: self._reader.read(folder, self._corpus.out))
+        tally, number = self._tally, self._tally.inputs
+        is_new = tally.note(number, *told)
+        if is_new:
+            (self._keep / f"{self._reader.name} {number}").write_bytes(data)
         late = 0 < self._seconds < time.monotonic() - self._begin
-        if late or tally.inputs >= self._most or tally.inputs % _REPORTED == 0 or key:
+        if late or tally.inputs >= self._most or tally.inputs % _REPORTED == 0 or is_new:
             self._report()
         if late or tally.inputs >= self._most:
             os._exit(0)  # libFuzzer's own end is no other

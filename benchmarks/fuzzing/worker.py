@@ -56,6 +56,16 @@ class Tally:
         """How many ended in anything but a value or one line."""
         return self.counts[TRACEBACK] + self.counts[HANG] + self.counts[FULL]
 
+    def note(self, number: int, kind: str, key: str, text: str, took: float = 0.0, peak: int = 0) -> bool:
+        """Count an input; whether it ended badly in a way that was not there before."""
+        self.counts[kind] += 1
+        self.slowest, self.peak = max(self.slowest, (took, number)), max(self.peak, peak)
+        name = f"{kind}: {key}"
+        is_new = kind not in (ACCEPTED, REFUSED) and name not in self.bad
+        if is_new:
+            self.bad[name] = number, text
+        return is_new
+
 
 class Hang(BaseException):
     """An input took too long; no reader may catch it by accident."""
@@ -94,6 +104,16 @@ def outcome(read: Callable[[], Any], seconds: float = SECONDS) -> tuple[str, str
         return TRACEBACK, f"{type(error).__name__} {_place()}", traceback.format_exc()
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
+
+
+def measured(read: Callable[[], Any]) -> tuple[str, str, str, float, int]:
+    """:func:`outcome`, but of memory too, the processor time [s], and the most memory held so far [bytes]."""
+    before, begin = peak_memory(), time.process_time()
+    kind, key, text = outcome(read)
+    took, peak = time.process_time() - begin, peak_memory()
+    if kind in (ACCEPTED, REFUSED) and peak > max(MEMORY, before):
+        kind, key, text = FULL, "peak", f"{peak / 2**20:.0f} MB"
+    return kind, key, text, took, peak
 
 
 def _place() -> str:
@@ -139,24 +159,16 @@ def _batch(reader: Reader, seed: int, numbers: range, tally: Tally, until: float
                 if kind == "end":
                     return number
                 at = number + 1
-                _note(tally, number, kind, key, text)
-                tally.slowest = max(tally.slowest, (took, number))
-                tally.peak = max(tally.peak, peak)
-            _note(tally, at, HANG, "does not answer", "the process had to be killed")
+                tally.note(number, kind, key, text, took, peak)
+            tally.note(at, HANG, "does not answer", "the process had to be killed")
         except EOFError:
             process.join()
-            _note(tally, at, TRACEBACK, f"died {process.exitcode}", f"the process ended with {process.exitcode}")
+            tally.note(at, TRACEBACK, f"died {process.exitcode}", f"the process ended with {process.exitcode}")
         finally:
             process.kill()
             process.join()
             here.close()
     return at + 1
-
-
-def _note(tally: Tally, number: int, kind: str, key: str, text: str) -> None:
-    tally.counts[kind] += 1
-    if kind not in (ACCEPTED, REFUSED):
-        tally.bad.setdefault(f"{kind}: {key}", (number, text))
 
 
 def _work(reader: Reader, seed: int, numbers: range, pipe: Connection, home: str, until: float | None) -> None:
@@ -172,15 +184,9 @@ def _work(reader: Reader, seed: int, numbers: range, pipe: Connection, home: str
         if until is not None and time.monotonic() > until:
             pipe.send((number, "end", "", "", 0.0, 0))
             return
-        before = peak_memory()
         with corpus.broken(random_of(reader, seed, number)) as folder:
-            begin = time.process_time()
-            kind, key, text = outcome(lambda folder=folder: reader.read(folder, corpus.out))  # type: ignore[misc]
-            took = time.process_time() - begin
-        peak = peak_memory()
-        if kind in (ACCEPTED, REFUSED) and peak > max(MEMORY, before):
-            kind, key, text = FULL, "peak", f"{peak / 2**20:.0f} MB"
-        pipe.send((number, kind, key, text, took, peak))
+            told = measured(lambda folder=folder: reader.read(folder, corpus.out))  # type: ignore[misc]
+        pipe.send((number, *told))
         if number % 100 == 0:
             gc.collect()
     pipe.send((number + 1, "end", "", "", 0.0, 0))
