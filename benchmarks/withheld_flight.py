@@ -380,7 +380,7 @@ def pairs(console: Console, logs: int, seed: int, source: str) -> None:
 
 def real(console: Console, logs: int, seed: int, source: str) -> None:
     from depthsim.flight.nanobench import read_any
-    from depthsim.gap.flight.held_out import lateral_errors
+    from depthsim.gap.flight.fit.validate import lateral_errors
 
     files = sorted(FLIGHTS.glob("*.csv"))
     if len(files) < 8:

@@ -10,9 +10,9 @@ from pathlib import Path
 from rich.console import Console
 
 from depthsim.gap import investigate
-from depthsim.gap.pictures_all import pictures
-from depthsim.gap.terminal import show
-from depthsim.gap.words import Origin
+from depthsim.gap.depth.report.figures import pictures
+from depthsim.gap.report.terminal import show
+from depthsim.gap.report.words import Origin
 from depthsim.generate import generate
 from depthsim.presets import preset
 from depthsim.scenefile import load_scene

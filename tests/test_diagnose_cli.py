@@ -11,11 +11,11 @@ from rich.console import Console
 from test_gap_report import checked
 
 from depthsim.__main__ import main
-from depthsim.gap import words
-from depthsim.gap.compare import compare_runs
-from depthsim.gap.comparereport import show_comparison, write_comparison
-from depthsim.gap.terminal import show
-from depthsim.gap.words import Origin
+from depthsim.gap.depth.compare import compare_runs
+from depthsim.gap.depth.report.compare import show_comparison, write_comparison
+from depthsim.gap.report import words
+from depthsim.gap.report.terminal import show
+from depthsim.gap.report.words import Origin
 from depthsim.runs import Run
 
 

@@ -13,9 +13,9 @@ from depthsim.errors import InputError
 from depthsim.flight.log import FlightLog
 from depthsim.flight.nanobench import read_any
 from depthsim.flight.vehicle import Vehicle, load_vehicle
+from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.flight import diagnose_flight, examine
-from depthsim.gap.flight.held_out import lateral_errors
-from depthsim.gap.result import Diagnosis
+from depthsim.gap.flight.fit.validate import lateral_errors
 
 EIGHT = Flown("lemniscate", 8.0, 18.0, 3.0, 1.2, turning=True, phase=0.7)
 HOPS = Flown("hops", 3.0, 4.0, 0.15, 0.9, turning=False, phase=1.3)

@@ -15,7 +15,7 @@ from depthsim.flight.log import FlightLog
 from depthsim.flight.measurement import Measurement
 from depthsim.flight.vehicle import load_vehicle
 from depthsim.gap.flight import diagnose_flight, examine
-from depthsim.gap.flight.columns import measured_columns
+from depthsim.gap.flight.data.columns import measured_columns
 
 EIGHT = Flown("lemniscate", 8.0, 18.0, 3.0, 1.2, turning=True, phase=0.7)
 

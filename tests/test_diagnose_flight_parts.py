@@ -6,9 +6,9 @@ import pytest
 from depthsim.flight.fit.motion import CUTOFF, low_pass
 from depthsim.flight.ground_effect import GroundEffect, ground_factor
 from depthsim.flight.measurement import Measurement, lagged, shifted, turned
-from depthsim.gap.blocks import block_weights, contiguous, paired, percentile95
-from depthsim.gap.flight.noise import noise_levels
-from depthsim.gap.page import Bar, Page
+from depthsim.gap.flight.data.noise import noise_levels
+from depthsim.gap.report.page import Bar, Page
+from depthsim.gap.resampling import block_weights, contiguous, paired, percentile95
 
 RATE = 100.0
 

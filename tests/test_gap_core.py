@@ -9,15 +9,16 @@ from scipy.spatial.transform import Rotation
 from shapes import as_scene, box, quad
 
 from depthsim.camera import Camera
-from depthsim.gap import counting, fingerprint
-from depthsim.gap.covariates import covariates
-from depthsim.gap.distance import Ruler
-from depthsim.gap.hypotheses import Setting, hypotheses
-from depthsim.gap.judge import jackknife
-from depthsim.gap.result import Cause, Cut, Diagnosis, Gap, Unexplained
-from depthsim.gap.steps import _steps_of
-from depthsim.gap.stills import choose_frames
-from depthsim.gap.views import View
+from depthsim.gap.depth.data import counting
+from depthsim.gap.depth.data import histograms as fingerprint
+from depthsim.gap.depth.data.covariates import covariates
+from depthsim.gap.depth.data.divergence import Ruler
+from depthsim.gap.depth.data.frames import choose_frames
+from depthsim.gap.depth.data.quantization import _steps_of
+from depthsim.gap.depth.data.views import View
+from depthsim.gap.depth.fit.candidates import Setting, hypotheses
+from depthsim.gap.depth.fit.validate import jackknife
+from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
 from depthsim.sensor import load_profile
@@ -82,7 +83,7 @@ def test_drift_is_the_change_of_depth_along_the_path() -> None:
 def test_edges_are_found_on_both_sides() -> None:
     depth = np.full((10, 40), 2.0, np.float32)
     depth[:, 20:] = 3.0
-    from depthsim.gap.covariates import _edges
+    from depthsim.gap.depth.data.covariates import _edges
 
     edge, across = np.zeros(depth.shape, np.uint8), np.zeros(depth.shape, np.float32)
     zero = np.zeros(depth.shape, np.float32)

@@ -11,9 +11,10 @@ import yaml
 from reports import LACKED, OTHERS, PAPER, found
 
 from depthsim.errors import InputError
-from depthsim.gap import Diagnosis, words
-from depthsim.gap.report import Named, write_report
-from depthsim.gap.reportfolder import check_report_folder, report_folder
+from depthsim.gap import Diagnosis
+from depthsim.gap.depth.report.write import Named, write_report
+from depthsim.gap.report import words
+from depthsim.gap.report.folder import check_report_folder, report_folder
 from depthsim.sensor import load_profile
 
 _VOID = {"meta", "img", "br", "hr", "link", "input"}

@@ -12,7 +12,7 @@ import pytest
 from shapes import MATERIALS, as_scene, camera, wall
 
 from depthsim.errors import InputError
-from depthsim.gap.result import Cause, Diagnosis, Gap
+from depthsim.gap.diagnosis import Cause, Diagnosis, Gap
 from depthsim.generate import open_sensor
 from depthsim.raycast import Caster
 from depthsim.sensor import load_profile

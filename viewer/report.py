@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
 from depthsim.errors import InputError
-from depthsim.gap.result import Diagnosis
+from depthsim.gap.diagnosis import Diagnosis
 from depthsim.runs.arrays import arrays_of
 from depthsim.sensor import Profile, load_profile
 from depthsim.sensor.effect import Effect, effect_class, effect_ids

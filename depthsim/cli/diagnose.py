@@ -33,7 +33,7 @@ def diagnose(
     threads: Annotated[int | None, typer.Option(min=1, help="Threads. [default: all cores]")] = None,
 ) -> None:
     """Say where a recording and its simulation differ, which effects cause it, and how far they close the gap."""
-    from depthsim.gap.reportfolder import check_report_folder
+    from depthsim.gap.report.folder import check_report_folder
     from depthsim.materials import load_materials
     from depthsim.sensor.effect import effect_ids
 
@@ -65,8 +65,8 @@ def _one(
     from rich.console import Console
 
     from depthsim.gap import investigate
-    from depthsim.gap.report import Named, write_report
-    from depthsim.gap.terminal import show
+    from depthsim.gap.depth.report.write import Named, write_report
+    from depthsim.gap.report.terminal import show
 
     with _Progress() as say:
         found = investigate(
@@ -89,8 +89,8 @@ def _compare(
 ) -> None:
     from rich.console import Console
 
-    from depthsim.gap.compare import compare_runs
-    from depthsim.gap.comparereport import show_comparison, write_comparison
+    from depthsim.gap.depth.compare import compare_runs
+    from depthsim.gap.depth.report.compare import show_comparison, write_comparison
 
     if sensor is not None or without:
         option = "--sensor" if sensor is not None else "--without"

@@ -8,7 +8,7 @@ import typer
 from depthsim.errors import InputError
 
 if TYPE_CHECKING:
-    from depthsim.gap.result import Diagnosis
+    from depthsim.gap.diagnosis import Diagnosis
 
 
 def diagnose_flight(
@@ -46,7 +46,7 @@ def _show(diagnosis: "Diagnosis") -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from depthsim.gap.flight import words
+    from depthsim.gap.flight.report import words
 
     console = Console()
     colour = {"no_gap": "green", "explained": "green", "partly_explained": "yellow", "unexplained": "red"}

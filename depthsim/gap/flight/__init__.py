@@ -12,10 +12,10 @@ from pathlib import Path
 
 from depthsim.flight.log import FlightLog
 from depthsim.flight.vehicle import Vehicle, load_vehicle
+from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.flight.diagnose import examine
-from depthsim.gap.flight.flown import Flown
-from depthsim.gap.flight.report import write_report
-from depthsim.gap.result import Diagnosis
+from depthsim.gap.flight.findings import Flown
+from depthsim.gap.flight.report.write import write_report
 
 __all__ = ["Flown", "diagnose_flight", "examine", "write_report"]
 

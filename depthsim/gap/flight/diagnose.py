@@ -9,19 +9,19 @@ from depthsim.errors import InputError
 from depthsim.flight.log import FlightLog
 from depthsim.flight.table import Floats
 from depthsim.flight.vehicle import Vehicle
-from depthsim.gap.flight.axes import state_of
-from depthsim.gap.flight.base import base_settings, with_settings
-from depthsim.gap.flight.causes import causes_of, closed_interval, closed_share, gust_keys, rounded
-from depthsim.gap.flight.choice import Choice, Progress, choose, significant
-from depthsim.gap.flight.cuts import cuts
-from depthsim.gap.flight.effects import EFFECTS, bank
-from depthsim.gap.flight.flown import Flown, learn_all, power
-from depthsim.gap.flight.learn import Learned
-from depthsim.gap.flight.model import Model, Settings
-from depthsim.gap.flight.problem import Problem, make_problem, with_noise
-from depthsim.gap.flight.record import prepare
-from depthsim.gap.flight.sound import only, sound
-from depthsim.gap.result import Diagnosis, Gap, Unexplained, Verdict
+from depthsim.gap.diagnosis import Diagnosis, Gap, Unexplained, Verdict
+from depthsim.gap.flight.data.axes import state_of
+from depthsim.gap.flight.data.evidence import Problem, make_problem, with_noise
+from depthsim.gap.flight.data.records import prepare
+from depthsim.gap.flight.data.settings import base_settings, with_settings
+from depthsim.gap.flight.data.simulate import Model, Settings
+from depthsim.gap.flight.findings import Flown, learn_all, power
+from depthsim.gap.flight.fit.candidates import EFFECTS, bank
+from depthsim.gap.flight.fit.causes import causes_of, closed_interval, closed_share, gust_keys, rounded
+from depthsim.gap.flight.fit.nearest import only, sound
+from depthsim.gap.flight.fit.select import Choice, Progress, choose, significant
+from depthsim.gap.flight.where.correction import Learned
+from depthsim.gap.flight.where.localize import cuts
 
 _CUTOFF_WORDS = "4 Hz low-pass on both sides, per axis of the body, on time held out"
 _SAME_LAG = 0.1

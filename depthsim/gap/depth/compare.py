@@ -1,0 +1,229 @@
+"""Two recordings of one scene without a simulator: whether their cameras differ, and how.
+
+Each is compared with its own clean geometry; errors are told in one measure for both, the spread that the paper's
+sensor would have. Pixels are given weights by which both runs have seen the same ranges of the same materials, so that
+what the cameras looked at does not count. The floor is the gap between two halves that have as much of each run.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.errors import InputError
+from depthsim.gap.depth.data.axes import interval_of, label_of
+from depthsim.gap.depth.data.divergence import Ruler
+from depthsim.gap.depth.data.evidence import Evidence, open_run
+from depthsim.gap.depth.data.histograms import ACROSS, BINS, ERROR, PHASE
+from depthsim.gap.depth.diagnose import MEASURE, UNIT
+from depthsim.gap.depth.where.differences import Difference, compare
+from depthsim.gap.depth.where.localize import PAIRS, beyond_each, shortest_row
+from depthsim.gap.depth.where.residual import place_in_words
+from depthsim.gap.diagnosis import Cut, Diagnosis, Gap, Unexplained
+from depthsim.materials import Materials, load_materials
+from depthsim.runs import Run
+from depthsim.scene import Scene
+from depthsim.scenefile.load import load_scene
+from depthsim.sensor.profile import load_profile
+
+Floats = NDArray[np.float64]
+_SPLITS = 24
+_ABOVE = 4.0
+"""How many standard deviations of the splits the gap must be above their mean, and above every one of them."""
+_HEAVIEST = 10.0
+_MOST = 6
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two recordings, compared. counts_a, counts_b: (blocks, size), weighted; overlap: share of what both have seen."""
+
+    diagnosis: Diagnosis
+    a: Evidence
+    b: Evidence
+    counts_a: Floats
+    counts_b: Floats
+    overlap: float
+
+
+def compare_runs(
+    first: Path | Run,
+    second: Path | Run,
+    *,
+    scene: str | Path | Scene | None = None,
+    threads: int | None = None,
+    materials: Materials | None = None,
+    say: Say = lambda _: None,
+) -> Comparison:
+    """Where two recordings of one scene differ, and in what way. scene: that of the first, or of the second.
+
+    Raises :class:`InputError` for a run or a scene that cannot be read.
+    """
+    runs, materials = (open_run(first), open_run(second)), materials or load_materials()
+    place = _scene(runs, scene, materials)
+    scale = load_profile("paper").effects
+    say("casting the scene for A")
+    a = Evidence(runs[0], place, materials, scale, threads)
+    say("casting the scene for B")
+    b = Evidence(runs[1], place, materials, scale, threads, like=a)
+    if a.size != b.size:
+        raise InputError(runs[1].path, "", "has stamps that do not advance", "give runs of 2 or more different stamps")
+    say("comparing")
+    ruler = Ruler.of(a.views)
+    counts_a, counts_b, overlap = _weighted(a, b)
+    gap = _apart(ruler, counts_a, counts_b)
+    splits = _splits(counts_a, counts_b)
+    chance = np.array([_apart(ruler, *pair) for pair in splits])
+    floor = float(chance.mean())
+    differ = gap > max(floor + _ABOVE * float(chance.std()), float(chance.max()), 1.1 * floor)
+    told = Gap(measure=MEASURE, unit=UNIT, before=gap, after=gap, floor=floor, closed_fraction=0.0, ci95=(0.0, 0.0))
+    where = _where(a, ruler, counts_a, counts_b, splits) if differ else ()
+    rest = Unexplained(fraction=1.0, where=where, description=_describe(where)) if differ else None
+    diagnosis = Diagnosis(
+        verdict="unexplained" if differ else "no_gap",
+        gap=told,
+        where=where,
+        causes=(),
+        unexplained=rest,
+        notes=_notes(a, b, overlap),
+    )
+    return Comparison(diagnosis, a, b, counts_a, counts_b, overlap)
+
+
+def _scene(runs: tuple[Run, Run], scene: str | Path | Scene | None, materials: Materials) -> Scene:
+    if isinstance(scene, Scene):
+        return scene
+    found = scene if scene is not None else runs[0].scene or runs[1].scene
+    if found is None:
+        raise InputError(runs[0].path, "", "holds no scene, nor does the other run", "put one there, or give --scene")
+    return load_scene(found, materials=materials)
+
+
+def _weighted(a: Evidence, b: Evidence) -> tuple[Floats, Floats, float]:
+    """The counts of both as if they had seen the same ranges of the same materials, and how much both have seen."""
+    number = next(n for n, view in enumerate(a.views) if view.axis == "range x material" and view.kind == ERROR)
+    bins, size, begin = int(BINS[ERROR]), a.views[number].size, int(a.offsets[number])
+    shares = []
+    for one in (a, b):
+        counts = one.real_counts(range(len(one.blocks))).sum(axis=0)[begin : begin + size * bins]
+        pixels = counts.reshape(size, bins).sum(axis=1).astype(np.float64)
+        shares.append(pixels / max(pixels.sum(), 1))
+    both = np.minimum(*shares)
+    weighted = []
+    for one, share in zip((a, b), shares, strict=True):
+        weight = np.clip(both / np.maximum(share, 1e-12), 0, _HEAVIEST)
+        nothing = np.zeros(size * bins)
+        correction = number, begin, np.repeat(weight, bins), nothing, np.zeros(size, np.int64)
+        weighted.append(_recounted(one, correction))
+    return weighted[0], weighted[1], float(both.sum())
+
+
+def _recounted(one: Evidence, correction: tuple[object, ...]) -> Floats:
+    def count(block: int) -> Floats:
+        return one.recount(block, (one.run.depth_raw(int(i)) for i in one.blocks[block]), correction)
+
+    return np.stack(one.each(count, range(len(one.blocks))))
+
+
+def _apart(ruler: Ruler, a: Floats, b: Floats) -> float:
+    """The gap of two sets of blocks, the same either way."""
+    x, y = a.sum(axis=0), b.sum(axis=0)
+    return (ruler.gap(x, y) + ruler.gap(y, x)) / 2
+
+
+def _splits(a: Floats, b: Floats) -> list[tuple[Floats, Floats]]:
+    """Halves that have as many blocks of each run."""
+    draws = np.random.Generator(np.random.Philox(key=[0, 0x5A1]))
+    found = []
+    for _ in range(_SPLITS):
+        parts: tuple[list[Floats], list[Floats]] = ([], [])
+        for turn, counts in enumerate((a, b)):
+            order = draws.permutation(len(counts))
+            half = (len(order) + turn) // 2
+            parts[0].append(counts[order[:half]])
+            parts[1].append(counts[order[half:]])
+        found.append((np.concatenate(parts[0]), np.concatenate(parts[1])))
+    return found
+
+
+def _where(
+    a: Evidence, ruler: Ruler, counts_a: Floats, counts_b: Floats, splits: list[tuple[Floats, Floats]]
+) -> tuple[Cut, ...]:
+    """Each axis once, the one along which the two differ most first, with the part that holds most of it."""
+    x, y = counts_a.sum(axis=0), counts_b.sum(axis=0)
+    chance = np.mean([ruler.divergence(p.sum(axis=0), q.sum(axis=0)) for p, q in splits[:8]], axis=0)
+    excess = np.maximum(ruler.divergence(x, y) - chance, 0)
+    totals = (ruler.totals(x) + ruler.totals(y)) / 2
+    found: list[tuple[float, Cut]] = []
+    for number, view in enumerate(a.views):
+        if view.kind >= PHASE or view.kind == ACROSS or not (view.single or view.kind != ERROR):
+            continue
+        inside = ruler.view_of_cell == number
+        bits = excess[inside] * totals[inside]
+        if view.kind in PAIRS:
+            bits = np.minimum(bits, beyond_each(a, number, x, y) * totals[inside])
+        if not bits.any():
+            continue
+        cells = _part(bits / bits.sum(), ordered=bool(view.unit))
+        difference = compare(a, number, cells, y, x)
+        interval = interval_of(a, view, cells)
+        cut = Cut(
+            axis=view.axis,
+            interval=interval,
+            label=None if interval else label_of(a, view, cells),
+            unit=view.unit if interval else "",
+            share_of_gap=float(bits[cells].sum() / bits.sum()),
+            what=difference.what,
+            text=_told(difference),
+        )
+        found.append((float(bits.sum() / max(totals[inside].sum(), 1)), cut))
+    cuts: dict[str, Cut] = {}
+    for _, cut in sorted(found, key=lambda pair: -pair[0]):
+        cuts.setdefault(cut.axis, cut)
+    return tuple(cuts.values())[:_MOST]
+
+
+def _part(shares: Floats, *, ordered: bool, enough: float = 0.7) -> NDArray[np.int64]:
+    """The cells that hold ``enough`` of the difference: a row of them on an axis that is ordered."""
+    if not ordered:
+        order = np.argsort(-shares)
+        return order[: min(int(np.searchsorted(np.cumsum(shares[order]), enough)) + 1, 3)]
+    return shortest_row(shares, enough)
+
+
+def _told(difference: Difference) -> str:
+    """A difference in words; bias, spread and holes of B against A."""
+    match difference.what:
+        case "spread":
+            noisier, ratio = ("B", difference.spread) if difference.spread > 1 else ("A", 1 / difference.spread)
+            return f"{noisier} is noisier: its std is {ratio:.2f} times the other's"
+        case "bias":
+            side = "farther" if difference.bias > 0 else "nearer"
+            return f"B measures {side} than A, by {abs(difference.bias):.2f} spreads of the paper's sensor"
+        case "missing":
+            b, a = (100 * share for share in difference.lost)
+            return f"{'B' if b > a else 'A'} has more holes: {a:.1f} % in A, {b:.1f} % in B"
+        case "tail":
+            return "the shares of far-off depths differ"
+    return difference.words
+
+
+def _describe(where: tuple[Cut, ...]) -> str:
+    if not where:
+        return "the two differ, but along no axis more than elsewhere"
+    text = f"{where[0].text} ({place_in_words(where[0])})"
+    other = next((cut for cut in where[1:] if cut.what != where[0].what), None)
+    return text + (f"; besides, {other.text} ({place_in_words(other)})" if other else "")
+
+
+def _notes(a: Evidence, b: Evidence, overlap: float) -> tuple[str, ...]:
+    names = f"A is {a.run.path}, B is {b.run.path}"
+    notes = [names, "no simulator takes part, so no causes are looked for: diagnose each against a profile for those"]
+    if a.camera.shape != b.camera.shape:
+        notes.append("the two have different resolutions: rows and columns are compared by their place in the picture")
+    if overlap < 0.5:
+        notes.append(f"only {overlap:.0%} of what they saw is alike in range and material; the rest is left out")
+    return tuple(notes)

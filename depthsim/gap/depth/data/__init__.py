@@ -1,0 +1,1 @@
+"""What a diagnosis of depth looks at: frames, axes, histograms, and simulations of them."""

@@ -1,0 +1,71 @@
+"""Counting: each pixel's bin into the histogram of its cell, in every view at once."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.gap.depth.data.histograms import ACROSS, BEFORE, BINS, FAR_LEFT, FAR_UP, LAG_LEFT, LAG_UP, LEFT, UP
+from depthsim.kernels import kernel
+
+NO_CELL = np.uint16(65535)
+SPARE = int(BINS.max())
+"""How many counts lie beyond those of the views: what is counted nowhere is counted there."""
+
+
+def places(
+    cells: NDArray[np.uint16],
+    kinds: NDArray[np.int64],
+    offsets: NDArray[np.int64],
+    size: int,
+    *,
+    rows: NDArray[np.integer],
+    across: NDArray[np.float32],
+    follows: bool,
+) -> NDArray[np.unsignedinteger]:
+    """(views, pixels): where the histogram of each pixel's cell begins in the counts; ``size`` is nowhere.
+
+    cells: (views, pixels), NO_CELL where a pixel is not counted. kinds, offsets: of each view, see ``views.layout``.
+    rows: the rows of the picture that the pixels make up; across: (pixels,) the depth beyond an edge, 0 where there is
+    none; follows: whether the frame before is known.
+    """
+    pixels = cells.shape[1]
+    v, u = np.repeat(rows, pixels // len(rows)), np.tile(np.arange(pixels // len(rows)), len(rows))
+    has = {LEFT: u >= 1, UP: v >= 1, FAR_LEFT: u >= LAG_LEFT, FAR_UP: v >= LAG_UP, ACROSS: across > 0}
+    has[BEFORE] = np.full(pixels, follows)
+    out = np.empty(cells.shape, np.uint16 if size + SPARE < 65536 else np.uint32)
+    for w, kind in enumerate(kinds):
+        counted = cells[w] != NO_CELL
+        if int(kind) in has:
+            counted &= has[int(kind)]
+        out[w] = np.where(counted, offsets[w] + cells[w].astype(np.int64) * BINS[kind], size)
+    return out
+
+
+@kernel
+def count(codes, kinds, places, counts):  # noqa: ANN201 - numba
+    """Add a frame to ``counts``: (size + SPARE,). codes: (kinds, pixels), places: (views, pixels)."""
+    for w in range(kinds.size):
+        bins, begin = codes[kinds[w]], places[w]
+        for k in range(begin.size):
+            counts[np.int64(begin[k]) + np.int64(bins[k])] += np.uint32(1)
+
+
+@kernel
+def count_corrected(codes, kinds, places, counts, view, begin, ratio, excess, most):  # noqa: ANN201 - numba
+    """As :func:`count`, corrected along one view; counts are float64.
+
+    Each pixel has the weight ``ratio`` of its bin there; ``excess`` is the share of the bins that the simulator
+    (almost) never fills, which no weight could bring: every pixel of the cell gets it in the views of the same kind.
+    begin: where the view's counts begin; most: (cells,) the number of such bins.
+    """
+    many, nowhere = BINS[kinds[view]], counts.size - SPARE
+    for k in range(places.shape[1]):
+        weight, cell = 1.0, np.int64(-1)
+        if places[view, k] != nowhere:
+            cell = (np.int64(places[view, k]) - begin) // many
+            weight = ratio[cell * many + codes[kinds[view], k]]
+        for w in range(kinds.size):
+            at = np.int64(places[w, k])
+            counts[at + codes[kinds[w], k]] += weight
+            if cell >= 0 and most[cell] > 0 and kinds[w] == kinds[view] and at != nowhere:
+                for b in range(many):
+                    counts[at + b] += excess[cell * many + b]

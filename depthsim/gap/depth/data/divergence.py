@@ -1,0 +1,75 @@
+"""How far two fingerprints are apart."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.gap.depth.data.histograms import BINS
+from depthsim.gap.depth.data.views import View
+
+Floats = NDArray[np.float64]
+Counted = NDArray[np.integer] | NDArray[np.float64]
+"""(size,) how many pixels are in each bin; weighted ones are no whole numbers."""
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """Measures in the views of one diagnosis.
+
+    starts: where each cell begins in the counts; view_of_cell: which view it belongs to; cell_of_bin likewise.
+    """
+
+    starts: NDArray[np.int64]
+    view_of_cell: NDArray[np.int64]
+    cell_of_bin: NDArray[np.int64]
+    views: int
+
+    @classmethod
+    def of(cls, views: list[View]) -> "Ruler":
+        """The ruler of these views."""
+        bins = np.concatenate([np.full(view.size, BINS[view.kind]) for view in views])
+        starts = np.concatenate([[0], np.cumsum(bins)[:-1]])
+        view_of_cell = np.concatenate([np.full(view.size, w) for w, view in enumerate(views)])
+        return cls(starts, view_of_cell, np.repeat(np.arange(len(bins)), bins), len(views))
+
+    def totals(self, counts: Counted) -> Floats:
+        """(cells,) how many pixels were counted."""
+        return np.asarray(np.add.reduceat(counts.astype(np.float64), self.starts))
+
+    def weights(self, totals: Floats) -> Floats:
+        """(cells,) share of the cell in its view, over the number of views that saw anything."""
+        in_view = np.bincount(self.view_of_cell, totals, self.views)
+        seen = max(int((in_view > 0).sum()), 1)
+        return totals / np.maximum(in_view[self.view_of_cell], 1) / seen
+
+    def roots(self, counts: Counted) -> Floats:
+        """(size,) square roots of the shares within each cell, each times the root of the cell's weight.
+
+        The squared distance of two of them is what :func:`fit` makes least: twice the mean squared Hellinger distance.
+        """
+        totals = self.totals(counts)
+        per = self.weights(totals) / np.maximum(totals, 1)
+        return np.asarray(np.sqrt(counts * per[self.cell_of_bin]))
+
+    def divergence(self, a: Counted, b: Counted) -> Floats:
+        """(cells,) Jensen–Shannon divergence of the histograms in each cell [bits], 0 where one is empty."""
+        n, m = self.totals(a), self.totals(b)
+        p, q = a / np.maximum(n, 1)[self.cell_of_bin], b / np.maximum(m, 1)[self.cell_of_bin]
+        middle = (p + q) / 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bits = np.where(p > 0, p * np.log2(p / middle), 0) + np.where(q > 0, q * np.log2(q / middle), 0)
+        return np.where((n > 0) & (m > 0), np.add.reduceat(bits, self.starts) / 2, 0)
+
+    def by_view(self, a: Counted, b: Counted) -> Floats:
+        """(views,) mean divergence of each view's cells [bits per pixel]."""
+        totals = self.totals(a)
+        in_view = np.bincount(self.view_of_cell, totals, self.views)
+        summed = np.bincount(self.view_of_cell, totals * self.divergence(a, b), self.views)
+        return np.asarray(summed / np.maximum(in_view, 1))
+
+    def gap(self, a: Counted, b: Counted) -> float:
+        """The gap: the mean over the views of :meth:`by_view` [bits per pixel]."""
+        totals = self.totals(a)
+        seen = np.bincount(self.view_of_cell, totals, self.views) > 0
+        return float(self.by_view(a, b)[seen].mean()) if seen.any() else 0.0

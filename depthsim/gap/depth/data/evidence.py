@@ -1,0 +1,239 @@
+"""What a diagnosis looks at: some frames of a recording, what the scene is there, and what a simulator makes of it."""
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.errors import InputError
+from depthsim.gap.depth.data import counting
+from depthsim.gap.depth.data import histograms as fingerprint
+from depthsim.gap.depth.data.covariates import Covariates, covariates
+from depthsim.gap.depth.data.frames import Still, choose_frames
+from depthsim.gap.depth.data.noise_scale import spread_of
+from depthsim.gap.depth.data.regions import region_name, split_scene
+from depthsim.gap.depth.data.simulate import FITTING, Replay, acting
+from depthsim.gap.depth.data.views import Cuts, View, frame_cells, layout, make_cuts, make_views
+from depthsim.materials import Materials
+from depthsim.parallel import core_count
+from depthsim.raycast import Caster, Geometry
+from depthsim.runs import Run
+from depthsim.scene import Scene
+from depthsim.sensor.effect import Effect
+from depthsim.sensor.motion import Motion
+
+Counts = NDArray[np.uint32]
+T = TypeVar("T")
+_COUNTED = 50_000
+"""About how many pixels are counted of a frame: of a larger one, not every row."""
+
+
+class Evidence:
+    """Frames of one run with their clean geometry, cut into views, and the counts of any simulated sensor on them.
+
+    blocks: the frames by block; even blocks are for fitting, odd ones for judging.
+    base: the effects of the simulator as it is. like: the evidence of another run in the same scene, whose cuts and
+    spread are taken, so that the counts of the two can be compared.
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        scene: Scene,
+        materials: Materials,
+        base: Sequence[Effect],
+        threads: int | None = None,
+        like: "Evidence | None" = None,
+    ) -> None:
+        self.run, self.scene, self.materials, self.camera = run, scene, materials, run.camera
+        self.threads = threads or core_count()
+        self.caster = Caster(scene)
+        self.motion = Motion.along(run.trajectory)
+        self._replay = Replay(self.caster, scene, materials, run.camera, self.motion)
+        self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
+        self.base = tuple(base)
+        self.stride = max(1, round(run.camera.width * run.camera.height / _COUNTED))
+        self.blocks = choose_frames(len(run), run.camera.width * run.camera.height)
+        if len(self.blocks) < 2:
+            raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to judge", "give 2 or more")
+        self.stills: dict[int, Still] = {}
+        self._look(like)
+        self.real: dict[int, Counts] = {}
+        self._count_real()
+
+    def _first_row(self, index: int) -> int:
+        """Where the rows that are counted begin: another one for every frame, so that all rows have their turn."""
+        return index % self.stride
+
+    @property
+    def counted_of_frame(self) -> int:
+        """About how many pixels of a frame are counted."""
+        return self.camera.width * self.camera.height // self.stride
+
+    @property
+    def train(self) -> list[int]:
+        """The blocks that parameters are fitted on."""
+        return list(range(0, len(self.blocks), 2))
+
+    @property
+    def test(self) -> list[int]:
+        """The blocks that are judged on."""
+        return list(range(1, len(self.blocks), 2))
+
+    def real_counts(self, blocks: Sequence[int]) -> Counts:
+        """(blocks, size): what the recording shows."""
+        return np.stack([self.real[b] for b in blocks])
+
+    def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = FITTING) -> Counts:
+        """(blocks, size): what a sensor with ``effects`` shows on those blocks."""
+        ordered = acting(effects)
+
+        def one(block: int) -> Counts:
+            return self._count(block, (self._measure(ordered, int(i), seed) for i in self.blocks[block]))
+
+        return np.stack(self.each(one, blocks))
+
+    def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = FITTING) -> Counts:
+        """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly."""
+        ordered = acting(effects)
+        frames = [int(i) for b in blocks for i in self.blocks[b]]
+        first = {int(self.blocks[b][0]) for b in blocks}
+
+        def one(part: int) -> Counts:
+            begin, end = (k * len(frames) // self.threads for k in (part, part + 1))
+            own = frames[begin:end]
+            before = [frames[begin - 1]] if own and own[0] not in first else []
+            return self._count_frames(own, (self._measure(ordered, i, seed) for i in (*before, *own)), len(before))
+
+        return np.asarray(np.sum(self.each(one, range(self.threads)), axis=0, dtype=np.uint32))
+
+    def pictures(self, effects: Sequence[Effect], block: int, seed: int = 1) -> list[NDArray[np.uint16]]:
+        """The frames of a block as a sensor with ``effects`` stores them."""
+        ordered = acting(effects)
+        return [self._measure(ordered, int(i), seed) for i in self.blocks[block]]
+
+    def recount(
+        self, block: int, pictures: Iterable[NDArray[np.uint16]], correction: tuple[Any, ...]
+    ) -> NDArray[np.float64]:
+        """(size,) counts of pictures, corrected along one view; see :func:`counting.count_corrected`."""
+        return self._count(block, pictures, correction)
+
+    def region_name(self, region: int) -> str:
+        """A region of the scene in words: what it is made of and where it lies."""
+        return region_name(self.scene, self._region_of_face, region)
+
+    def _measure(self, ordered: Sequence[Effect], index: int, seed: int) -> NDArray[np.uint16]:
+        return self._replay.measure(ordered, self.stills[index], seed)
+
+    def _count(
+        self,
+        block: int,
+        pictures: Iterable[NDArray[np.uint16]],
+        correction: tuple[Any, ...] | None = None,
+    ) -> NDArray[Any]:
+        return self._count_frames([int(i) for i in self.blocks[block]], pictures, 0, correction)
+
+    def _count_frames(
+        self,
+        frames: Sequence[int],
+        pictures: Iterable[NDArray[np.uint16]],
+        ahead: int,
+        correction: tuple[Any, ...] | None = None,
+    ) -> NDArray[Any]:
+        """(size,) counts of some frames in a row. ahead: whether the picture of the frame before them comes first."""
+        counts = np.zeros(self.size + counting.SPARE, np.uint32 if correction is None else np.float64)
+        pixels = self.camera.width * self.camera.height
+        unit, focal_baseline = np.float32(self.camera.depth_scale), np.float32(self.camera.focal_baseline)
+        error, bins = np.empty(pixels, np.float32), np.empty((int(self.kinds.max()) + 1, 0), np.uint8)
+        before = np.empty(0, np.uint8)
+        every = [frames[0] - 1, *frames] if ahead else frames
+        for number, (index, units) in enumerate(zip(every, pictures, strict=True)):
+            still, coarse = self.stills[index], np.empty(pixels, np.uint8)
+            raw, clean = units.reshape(-1), still.geometry.depth.reshape(-1)
+            if bins.shape[1] != still.places.shape[1]:
+                bins = np.zeros((len(bins), still.places.shape[1]), np.uint8)
+            fingerprint.errors(raw, unit, clean, still.per_spread, error, coarse)
+            if number < ahead:
+                before = coarse
+                continue
+            fingerprint.codes(
+                raw, unit, clean, still.across, focal_baseline, self.camera.width, error, coarse, before,
+                self._first_row(index), self.stride, bins,
+            )  # fmt: skip
+            if correction is None:
+                counting.count(bins, self.kinds, still.places, counts)
+            else:
+                counting.count_corrected(bins, self.kinds, still.places, counts, *correction)
+            before = coarse
+        return counts[: self.size]
+
+    def _count_real(self) -> None:
+        def one(block: int) -> Counts:
+            return self._count(block, (self.run.depth_raw(int(i)) for i in self.blocks[block]))
+
+        numbers = range(len(self.blocks))
+        self.real = dict(zip(numbers, self.each(one, numbers), strict=True))
+
+    def each(self, work: Callable[[int], T], blocks: Iterable[int]) -> list[T]:
+        """The results of ``work`` on each block, side by side."""
+        if self.threads == 1:
+            return [work(block) for block in blocks]
+        return list(self._pool.map(work, blocks))
+
+    cuts: Cuts
+    views: list[View]
+
+    def _look(self, like: "Evidence | None") -> None:
+        """Cast every frame, and cut the axes."""
+        frames = [int(i) for block in self.blocks for i in block]
+
+        def cast(index: int) -> tuple[Geometry, Covariates]:
+            pose, stamp = self.run.poses[index], float(self.run.stamps[index])
+            met = self.caster.cast(self.camera, pose, right=True, threads=1)
+            return met, covariates(met, pose, self.camera, self.scene, self.motion, stamp)
+
+        looked = dict(zip(frames, self.each(cast, frames), strict=True))
+        sample = [looked[i][1] for i in frames[:: max(1, len(frames) // 10)]]
+        self._region_of_face = split_scene(self.scene)
+        self.depths = np.concatenate([c.depth[c.depth > 0][::53] for c in sample] or [np.zeros(1, np.float32)])
+        self.depths = self.depths if len(self.depths) else np.ones(1, np.float32)
+        heights = np.concatenate([c.height[c.depth > 0][::53] for c in sample])
+        self.heights = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)
+        self.fastest = max((float(np.quantile(c.flow, 0.999)) for c in sample), default=0.0)
+        cuts = make_cuts(self.camera, self.scene.tags, sample, self.run.stamps, np.array(frames), self._region_of_face)
+        if like is not None:
+            cuts = replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times)
+        self.cuts, self.views = cuts, make_views(cuts)
+        self.kinds, self.offsets, self.size = layout(self.views)
+        first_of_block = {int(block[0]) for block in self.blocks}
+        for index in frames:
+            met, found = looked[index]
+            self.stills[index] = Still(
+                index, float(self.run.stamps[index]), self.run.poses[index], met, found.across.reshape(-1),
+                np.empty(0, np.float32), np.empty((0, 0), np.uint16),
+            )  # fmt: skip
+        if like is None:
+            ordered, some = acting(self.base), frames[:: max(1, len(frames) // 8)]
+            simulated = ((self._measure(ordered, i, 0), self.stills[i].geometry) for i in some)
+            cuts.spread_cuts, cuts.spread = spread_of(simulated, self.camera.depth_scale, len(self.scene.tags))
+
+        def cut(index: int) -> None:
+            still, found = self.stills[index], looked.pop(index)[1]
+            still.per_spread = cuts.per_spread(found.depth, found.tag).reshape(-1)
+            rows = slice(self._first_row(index), None, self.stride)
+            cells = frame_cells(self.views, cuts, found, index, self.run.mask(index), rows)
+            still.places = counting.places(
+                cells, self.kinds, self.offsets, self.size, rows=np.arange(self.camera.height)[rows],
+                across=found.across[rows].reshape(-1), follows=index not in first_of_block,
+            )  # fmt: skip
+
+        self.each(cut, frames)
+
+
+def open_run(run: Path | Run) -> Run:
+    """A run, from its folder where it is not open yet."""
+    return run if isinstance(run, Run) else Run.open(Path(run))

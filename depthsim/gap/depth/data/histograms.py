@@ -1,0 +1,136 @@
+"""The fingerprint of a run: how its errors are distributed, given each of the axes that they may depend on.
+
+For every view (an axis or a pair of axes, cut into cells) and every cell, a histogram: of the error in units of the
+simulator's own spread, of its difference from the neighbours', of its value beside that of a pixel some way off or of
+the frame before, of the place between the two depths of an edge, of the fraction of the disparity. What has no return
+is a bin like the others. The square roots of the shares have the same variance in every bin (1/4n), so the distance
+between two fingerprints needs no weights, and least squares on them is close to maximum likelihood.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.kernels import kernel
+
+_f = np.float32
+ERROR, LEFT, UP, FAR_LEFT, FAR_UP, BEFORE, ACROSS, PHASE = range(8)
+"""What is counted in a view's cells; PHASE + k is the fraction of the disparity in steps of STEPS[k]."""
+STEPS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
+_STEPS = np.array(STEPS, np.float32)
+
+MAGNITUDES = np.array([0.15, 0.4, 0.7, 1, 1.35, 1.7, 2.1, 2.6, 3.3, 4.5, 6.5, 10, 16, 30, 70], np.float32)
+ERROR_LOST, ERROR_SATURATED, ERROR_NO_SURFACE = 32, 33, 34
+_DIFFERENCES = np.array([0.1, 0.3, 0.6, 1, 1.5, 2.2, 3.2, 5, 10, 30], np.float32)
+_MIXES = np.array([-0.3, -0.1, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1], np.float32)
+_PHASES = 12
+BINS = np.array([35, 26, 26, 28, 28, 28, 10] + [_PHASES + 1] * len(STEPS), np.int64)
+"""How many bins each kind of histogram has."""
+LAG_LEFT, LAG_UP = 5, 4
+"""How far off [px] the pixel lies that FAR_LEFT and FAR_UP compare with."""
+_HALF = _f(0.70710677)
+_NO_MEASUREMENT = 5
+
+
+def _signed(sizes: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Thresholds on both sides of zero; a value on one of them falls into the bin nearer to zero."""
+    return np.concatenate([np.nextafter(-sizes[::-1], _f(-np.inf)), np.zeros(1, np.float32), sizes])
+
+
+_ERRORS, _APART = _signed(MAGNITUDES), _signed(_DIFFERENCES)
+_COARSE = _signed(np.array([0.3, 1], np.float32))[[0, 1, 3, 4]]
+
+
+@kernel
+def errors(units, unit, clean, per_spread, error, coarse):  # noqa: ANN201 - numba
+    """error = (measured - clean) · per_spread, and its bin of five, or 5 where nothing is measured; flat arrays."""
+    for i in range(units.size):
+        ok = (units[i] > 0) & (units[i] < 65535) & (clean[i] > _f(0))
+        e = (_f(units[i]) * unit - clean[i]) * per_spread[i] if ok else _f(0)
+        error[i] = e
+        k = np.uint8(e > _COARSE[0]) + np.uint8(e > _COARSE[1]) + np.uint8(e > _COARSE[2]) + np.uint8(e > _COARSE[3])
+        coarse[i] = k if ok else np.uint8(_NO_MEASUREMENT)
+
+
+@kernel
+def _rank(values, thresholds, out):
+    """How many thresholds each value is above. One pass a threshold: the inner loop is what the compiler widens."""
+    out[:] = 0
+    for threshold in thresholds:
+        for u in range(values.size):
+            out[u] += np.uint8(values[u] > threshold)
+
+
+@kernel
+def _error(e, raw, true, out):
+    _rank(e, _ERRORS, out)
+    for u in range(e.size):
+        found = np.uint8(32) if raw[u] == 0 else (np.uint8(33) if raw[u] == 65535 else out[u])
+        out[u] = found if true[u] > _f(0) else (np.uint8(34) if raw[u] > 0 else np.uint8(32))
+
+
+@kernel
+def _across(raw, unit, true, beyond, coarse, by, out):
+    for u in range(raw.size):
+        by[u] = (_f(raw[u]) * unit - true[u]) / (beyond[u] - true[u])
+    _rank(by, _MIXES, out)
+    for u in range(raw.size):
+        out[u] = out[u] if coarse[u] < _NO_MEASUREMENT else np.uint8(9)
+
+
+@kernel
+def _phase(disparity, per_step, coarse, out):
+    for u in range(disparity.size):
+        steps = disparity[u] * per_step
+        phase = np.uint8(np.int32((steps - np.floor(steps)) * _f(_PHASES)))
+        out[u] = phase if coarse[u] < _NO_MEASUREMENT else np.uint8(_PHASES)
+
+
+@kernel
+def _difference(e, raw, other_e, other_raw, by, out):
+    for u in range(e.size):
+        by[u] = (e[u] - other_e[u]) * _HALF
+    _rank(by[: e.size], _APART, out)
+    for u in range(e.size):
+        here, there = raw[u] > 0, other_raw[u] > 0
+        found = np.uint8(22) if raw[u] == other_raw[u] else out[u]
+        lost = np.uint8(23) if here else (np.uint8(24) if there else np.uint8(25))
+        out[u] = found if here & there else lost
+
+
+@kernel
+def _pair(one, other, out):
+    for u in range(one.size):
+        a, b = one[u], other[u]
+        lost = np.uint8(25) if a < 5 else (np.uint8(26) if b < 5 else np.uint8(27))
+        out[u] = np.uint8(a * np.uint8(5) + b) if (a < 5) & (b < 5) else lost
+
+
+@kernel
+def codes(  # noqa: ANN201 - numba
+    units, unit, clean, across, focal_baseline, width, error, coarse, coarse_before, first, stride, out
+):  # fmt: skip
+    """The bin of each pixel in each kind of histogram, for every ``stride``-th row from row ``first`` on.
+
+    out: (kinds, pixels of those rows) uint8. What has no bin, such as the difference from a neighbour beyond the
+    border, is left as it is: :func:`depthsim.gap.depth.data.counting.places` sees to it that it is counted nowhere.
+    coarse_before is empty where there is no frame before.
+    """
+    by = np.empty(width, np.float32)
+    for row in range(out.shape[1] // width):
+        v = first + row * stride
+        begin, end, at, till = v * width, (v + 1) * width, row * width, (row + 1) * width
+        e, raw, true, c = error[begin:end], units[begin:end], clean[begin:end], coarse[begin:end]
+        _error(e, raw, true, out[0, at:till])
+        _difference(e[1:], raw[1:], e[:-1], raw[:-1], by, out[1, at + 1 : till])
+        if v >= 1:
+            _difference(e, raw, error[begin - width : begin], units[begin - width : begin], by, out[2, at:till])
+        _pair(c[LAG_LEFT:], c[:-LAG_LEFT], out[3, at + LAG_LEFT : till])
+        if v >= LAG_UP:
+            _pair(c, coarse[begin - LAG_UP * width : end - LAG_UP * width], out[4, at:till])
+        if coarse_before.size > 0:
+            _pair(c, coarse_before[begin:end], out[5, at:till])
+        _across(raw, unit, true, across[begin:end], c, by, out[6, at:till])
+        for u in range(width):
+            by[u] = focal_baseline / (_f(raw[u]) * unit)
+        for k in range(_STEPS.size):
+            _phase(by, _f(1) / _STEPS[k], c, out[7 + k, at:till])

@@ -1,0 +1,293 @@
+"""The diagnosis of a depth sensor's sim-to-real gap, from a run folder alone.
+
+measure   how far recording and simulation are apart, and how far two runs of one sensor would be
+which     the effects that explain it, each fitted on some blocks of frames and judged on the others
+how far   the gap again with the causes added
+where     the axes along which it lies, before and after
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from depthsim.errors import InputError
+from depthsim.gap.depth.data.evidence import Evidence, open_run
+from depthsim.gap.depth.data.quantization import find_steps
+from depthsim.gap.depth.fit.advice import advice_for
+from depthsim.gap.depth.fit.candidates import RANGES, Setting, hypotheses
+from depthsim.gap.depth.fit.intervals import parameter_intervals
+from depthsim.gap.depth.fit.select import Choice, choose
+from depthsim.gap.depth.fit.validate import Judge, Score, closed_interval
+from depthsim.gap.depth.where.localize import Place, cuts_of, locate
+from depthsim.gap.depth.where.residual import best_learned, describe
+from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained, Verdict
+from depthsim.materials import Materials, load_materials
+from depthsim.runs import Run
+from depthsim.scene import Scene
+from depthsim.scenefile.load import load_scene
+from depthsim.sensor.effect import Effect
+from depthsim.sensor.profile import Profile, load_profile
+
+MEASURE = "Jensen-Shannon divergence of the errors' distributions, mean over all views"
+UNIT = "bits per pixel"
+_ABOVE_CHANCE, _ABOVE_IN_VIEW = 8.0, 14.0
+"""How many standard deviations of two runs of one sensor the gap must be above them, in all and in one view."""
+_FAINT = 0.1
+"""With less than this part of the floor over it, and no effect that explains it, a gap is none."""
+_FAINTLY = (
+    "the recording differs from the simulator by more than chance, but by less than a tenth of what two runs of one "
+    "sensor differ by, and no effect explains it"
+)
+_EXPLAINED = 0.98
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """A diagnosis with all that it was made from, for the report.
+
+    profile: the sensor before; fixed: with the causes added. places: the axes, before and after.
+    """
+
+    diagnosis: Diagnosis
+    evidence: Evidence
+    judge: Judge
+    profile: Profile
+    fixed: Profile
+    before: Score
+    after: Score
+    choice: Choice | None
+    places: list[Place]
+    places_after: list[Place]
+
+
+def diagnose(
+    run: Path | Run,
+    *,
+    scene: str | Path | Scene | None = None,
+    sensor: str | Path | Profile | None = None,
+    out: Path | None = None,
+    without: Sequence[str] = (),
+    threads: int | None = None,
+    materials: Materials | None = None,
+    say: Say = lambda _: None,
+) -> Diagnosis:
+    """Where a recording and its simulation differ, which effects cause it, and how far they close the gap.
+
+    run: the recording, as a folder or open. scene: where it was taken; the run's own if not given. sensor: the profile
+    that is compared with it; the run's sensor.yaml, or ``paper``. out: a folder for diagnosis.json, sensor.yaml and
+    index.html. without: effects that are left out of the bank. say: told what is being done.
+
+    Raises :class:`InputError` for a run, a scene or a profile that cannot be read.
+    """
+    found = investigate(run, scene=scene, sensor=sensor, without=without, threads=threads, materials=materials, say=say)
+    if out is not None:
+        from depthsim.gap.depth.report.write import Named, write_report
+
+        say("drawing the report")
+        write_report(found, Path(out), Named(scene, sensor))
+    return found.diagnosis
+
+
+def investigate(
+    run: Path | Run,
+    *,
+    scene: str | Path | Scene | None = None,
+    sensor: str | Path | Profile | None = None,
+    without: Sequence[str] = (),
+    threads: int | None = None,
+    materials: Materials | None = None,
+    say: Say = lambda _: None,
+) -> Findings:
+    """As :func:`diagnose`, with everything that the diagnosis was made from."""
+    opened, materials = open_run(run), materials or load_materials()
+    profile = _profile(opened, sensor)
+    say("casting the scene")
+    evidence = Evidence(opened, _scene(opened, scene, materials), materials, profile.effects, threads)
+    judge = Judge(evidence, evidence.test)
+    say("measuring the gap")
+    before = judge.score(evidence.base)
+    notes = _notes(evidence)
+    if not _stands_out(before):
+        return _nothing(evidence, judge, profile, before, notes)
+    bank = hypotheses(evidence.base, setting_of(evidence), without)
+    choice = choose(evidence, judge, bank, before.gap, before.floor, say)
+    if not choice.model.parts and before.above < _FAINT * before.floor:
+        return _nothing(evidence, judge, profile, before, (*notes, _FAINTLY))
+    effects = choice.model.build(evidence.base)
+    say("locating the gap")
+    places = locate(evidence, judge.ruler, evidence.base)
+    where = cuts_of(evidence, judge.ruler, evidence.base, places)
+    after = judge.score(effects) if choice.model.parts else before
+    fraction, interval = (
+        closed_interval(judge, evidence.base, effects, evidence.base, effects)
+        if choice.model.parts
+        else (0.0, (0.0, 0.0))
+    )
+    places_after, unexplained = _rest(evidence, judge, choice, effects, before, after, places, where, fraction)
+    fixed = _fixed(profile, effects)
+    diagnosis = Diagnosis(
+        verdict=_verdict(choice, after, fraction, unexplained),
+        gap=_gap(before.gap, after.gap, after.floor, fraction, interval),
+        where=where,
+        causes=_causes(evidence, judge, choice, before),
+        unexplained=unexplained,
+        notes=notes,
+    )
+    return Findings(diagnosis, evidence, judge, profile, fixed, before, after, choice, places, places_after)
+
+
+def _nothing(evidence: Evidence, judge: Judge, profile: Profile, before: Score, notes: tuple[str, ...]) -> Findings:
+    """What is told where there is no gap."""
+    gap = _gap(before.gap, before.gap, before.floor, 0.0, (0.0, 0.0))
+    diagnosis = Diagnosis(verdict="no_gap", gap=gap, where=(), causes=(), unexplained=None, notes=notes)
+    return Findings(diagnosis, evidence, judge, profile, profile, before, before, None, [], [])
+
+
+def remeasure(
+    run: Path | Run,
+    before: str | Path | Profile,
+    after: str | Path | Profile,
+    *,
+    scene: str | Path | Scene | None = None,
+    seed: int = 77,
+) -> tuple[float, float, float]:
+    """The gap of two profiles against a recording, and the floor of the second, on all blocks, by random numbers of
+    their own: a check of a diagnosis' closed fraction."""
+    opened, materials = open_run(run), load_materials()
+    first, second = (p if isinstance(p, Profile) else load_profile(p) for p in (before, after))
+    evidence = Evidence(opened, _scene(opened, scene, materials), materials, first.effects)
+    judge = Judge(evidence, range(len(evidence.blocks)))
+    real = judge.real.sum(axis=0)
+    runs = [judge.simulate(p.effects, seed + k).sum(axis=0) for k, p in enumerate((first, second, second))]
+    gaps = [judge.ruler.gap(real, one) for one in runs]
+    return gaps[0], gaps[1], judge.ruler.gap(runs[1], runs[2])
+
+
+def setting_of(evidence: Evidence) -> Setting:
+    """What of the recording decides where fits begin."""
+    tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
+    quantiles = np.quantile(evidence.depths, RANGES).astype(float)
+    stamps = [still.stamp for still in evidence.stills.values()]
+    m = {tag: evidence.materials[tag].m for tag in evidence.scene.tags}
+    return Setting(tags, quantiles, max(stamps) - min(stamps), m, find_steps(evidence))
+
+
+def _profile(run: Run, sensor: str | Path | Profile | None) -> Profile:
+    if isinstance(sensor, Profile):
+        profile = sensor
+    elif sensor is None:
+        own = run.path / "sensor.yaml"
+        profile = load_profile(own if own.is_file() else "paper")
+    else:
+        profile = load_profile(sensor)
+    if profile.stereo is not None:
+        raise InputError(
+            profile.name, "camera.sensor", "is active stereo, which has no effects to fit", "give a profile of effects"
+        )
+    return profile
+
+
+def _scene(run: Run, scene: str | Path | Scene | None, materials: Materials) -> Scene:
+    if isinstance(scene, Scene):
+        return scene
+    found = scene if scene is not None else run.scene
+    if found is None:
+        raise InputError(run.path, "", "holds no scene", "put scene.obj or scene.yaml there, or give --scene")
+    return load_scene(found, materials=materials)
+
+
+def _notes(evidence: Evidence) -> tuple[str, ...]:
+    """What a reader must know besides."""
+    looked, whole = len(evidence.stills), len(evidence.run)
+    notes = [f"{looked} of {whole} frames were looked at, in {len(evidence.blocks)} blocks"] if looked < whole else []
+    poses = evidence.run.poses
+    if len(poses) > 1 and np.abs(poses - poses[0]).max() < 1e-6:
+        notes.append("the camera stands still: errors of pose, time and motion cannot be seen")
+    return tuple(notes)
+
+
+def _stands_out(score: Score) -> bool:
+    return score.total_excess > _ABOVE_CHANCE or bool(score.excess.max() > _ABOVE_IN_VIEW)
+
+
+def _gap(before: float, after: float, floor: float, fraction: float, interval: tuple[float, float]) -> Gap:
+    return Gap(
+        measure=MEASURE, unit=UNIT, before=before, after=after, floor=floor, closed_fraction=fraction, ci95=interval
+    )
+
+
+def _causes(evidence: Evidence, judge: Judge, choice: Choice, before: Score) -> tuple[Cause, ...]:
+    """The causes, the one that closes most first."""
+    model = choice.model
+    intervals = parameter_intervals(evidence, judge.ruler, evidence.base, model)
+    causes = []
+    for number, part in enumerate(model.parts):
+        without = model.less(number).build(evidence.base)
+        full = model.build(evidence.base)
+        fraction, interval = closed_interval(judge, without, full, evidence.base, full)
+        if len(model.parts) > 1:
+            # Causes overlap: the mean over all orders adds up to what they close together, taking one away does not.
+            share = choice.shares[number] / (before.gap - before.floor)
+            half = (interval[1] - interval[0]) / 2
+            fraction, interval = share, (share - half, share + half)
+        ties = choice.ties.get(part.effect, ())
+        causes.append(
+            Cause(
+                effect=part.effect,
+                parameters=_plain(model.parameters(number)),
+                ci95=intervals[number],
+                closed_fraction=fraction,
+                ci95_closed=interval,
+                indistinguishable_from=ties,
+                advice=advice_for(part.effect, ties),
+            )
+        )
+    return tuple(sorted(causes, key=lambda cause: -cause.closed_fraction))
+
+
+def _plain(value: Any) -> Any:
+    """Numbers with six figures, which is more than any fit gives."""
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
+def _rest(
+    evidence: Evidence,
+    judge: Judge,
+    choice: Choice,
+    effects: Sequence[Effect],
+    before: Score,
+    after: Score,
+    places: list[Place],
+    where: tuple[Cut, ...],
+    fraction: float,
+) -> tuple[list[Place], Unexplained | None]:
+    """What is left when the causes are added."""
+    if not choice.model.parts:
+        text = describe(evidence, judge.ruler, evidence.base, places, where)
+        learnable = best_learned(places)
+        return places, Unexplained(fraction=1.0, where=where, description=text, learnable=learnable)
+    if not _stands_out(after) or fraction >= _EXPLAINED:
+        return [], None
+    left = locate(evidence, judge.ruler, effects)
+    cuts = cuts_of(evidence, judge.ruler, effects, left)
+    text = describe(evidence, judge.ruler, effects, left, cuts)
+    learnable = best_learned(left)
+    return left, Unexplained(fraction=max(1 - fraction, 0.0), where=cuts, description=text, learnable=learnable)
+
+
+def _verdict(choice: Choice, after: Score, fraction: float, rest: Unexplained | None) -> Verdict:
+    if not choice.model.parts:
+        return "unexplained"
+    return "explained" if rest is None else "partly_explained"
+
+
+def _fixed(profile: Profile, effects: Sequence[Effect]) -> Profile:
+    """The profile with the causes added, its parameters as they are told."""
+    rounded = tuple(type(e)(**_plain(e.model_dump())) for e in effects)
+    return profile.model_copy(update={"name": f"{profile.name}_fitted", "effects": rounded, "camera": None})

@@ -1,0 +1,1 @@
+"""Candidates fitted, validated and selected."""

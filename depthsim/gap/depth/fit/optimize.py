@@ -1,0 +1,176 @@
+"""Fitting: the parameters at which the simulator's fingerprint comes nearest to the recording's."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.gap.depth.fit.candidates import Free, Hypothesis, Vector
+from depthsim.sensor.effect import Effect
+
+Floats = NDArray[np.float64]
+Roots = Callable[[tuple[Effect, ...]], Floats]
+_TRIAL = 0.25
+"""How far a parameter is moved to see what it does, in units of a change that matters."""
+_LONGEST = 4.0
+"""The longest step at a time, in the same units."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """Several hypotheses at once, each at a place of its own: ``x`` is all their free parameters in a row."""
+
+    parts: tuple[Hypothesis, ...]
+    x: Vector
+    loss: float = np.inf
+    jacobian: Floats | None = None
+
+    @property
+    def free(self) -> tuple[Free, ...]:
+        """The parameters that are fitted, in the order of ``x``."""
+        return tuple(free for part in self.parts for free in part.free)
+
+    def split(self, x: Vector) -> list[Vector]:
+        """``x`` by hypothesis."""
+        if not self.parts:
+            return []
+        return np.split(x, np.cumsum([len(part.free) for part in self.parts])[:-1])
+
+    def build(self, base: Sequence[Effect], x: Vector | None = None) -> tuple[Effect, ...]:
+        """The sensor with all of them."""
+        effects = tuple(base)
+        for part, own in zip(self.parts, self.split(self.x if x is None else x), strict=True):
+            effects = part.build(effects, own)
+        return effects
+
+    def parameters(self, number: int) -> dict[str, Any]:
+        """The parameters of one hypothesis."""
+        return self.parts[number].parameters(self.split(self.x)[number])
+
+    def bounded(self, x: Vector) -> Vector:
+        """``x`` within the bounds of the parameters."""
+        return np.array([f.encode(f.decode(v)) for f, v in zip(self.free, x, strict=True)])
+
+    def plus(self, other: "Model") -> "Model":
+        """Both together."""
+        return Model((*self.parts, *other.parts), np.concatenate([self.x, other.x]))
+
+    def less(self, number: int) -> "Model":
+        """Without one hypothesis."""
+        kept = [k for k in range(len(self.parts)) if k != number]
+        xs = self.split(self.x)
+        return Model(tuple(self.parts[k] for k in kept), np.concatenate([xs[k] for k in kept] or [np.empty(0)]))
+
+
+def loss(target: Floats, found: Floats) -> float:
+    """Squared distance of two fingerprints' roots."""
+    return float(np.square(target - found).sum())
+
+
+def start(hypothesis: Hypothesis, base: Sequence[Effect], target: Floats, roots: Roots) -> Model:
+    """The best of the places where a hypothesis begins."""
+    tries = []
+    for values in hypothesis.starts:
+        x = hypothesis.encode(values)
+        tries.append(Model((hypothesis,), x, loss(target, roots(hypothesis.build(base, x)))))
+    return min(tries, key=lambda model: model.loss)
+
+
+def refine(
+    model: Model,
+    base: Sequence[Effect],
+    target: Floats,
+    roots: Roots,
+    rounds: int,
+    least_gain: float = 0.004,
+    both_sides: bool = False,
+) -> Model:
+    """Levenberg–Marquardt. The random numbers are the same at every step, so that the loss is smooth.
+
+    least_gain: it ends when a round takes no more than this part off the loss. Most of the loss is chance, as long as
+    there are many bins: what tells one value of a parameter from the next is a small part of it.
+
+    both_sides: slopes from a move to either side. Part of the chance is drawn anew by a move, and by moves to one side
+    alone the parameters would drift to that side.
+
+    Rare bins grow as the root of a strength, and steps from a strength of nothing come out too short: a step that
+    helps is doubled for as long as it goes on helping.
+    """
+    x, damping = model.x.copy(), 1e-3
+    if not len(x):
+        return model
+    here = roots(model.build(base, x))
+    least = loss(target, here)
+    jacobian = None
+    for _ in range(rounds):
+        jacobian = _jacobian(model, base, x, here, roots, both_sides)
+        # By einsum, as BLAS would wake threads of its own for so little, and let them spin beside ours.
+        normal = np.einsum("bi,bj->ij", jacobian, jacobian)
+        gradient = np.einsum("bi,b->i", jacobian, target - here)
+        before = least
+        for _ in range(3):
+            damped = normal + damping * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(x))
+            step = np.clip(np.linalg.solve(damped, gradient), -_LONGEST, _LONGEST)
+            tried = model.bounded(x + step)
+            there = roots(model.build(base, tried))
+            new = loss(target, there)
+            if new < least:
+                break
+            damping = max(damping * 30, 0.1)
+        else:
+            break
+        origin = x
+        x, here, least, damping = tried, there, new, damping / 10
+        for _ in range(4):
+            step = 2 * step
+            further = model.bounded(origin + step)
+            if np.allclose(further, x):
+                break
+            there = roots(model.build(base, further))
+            if loss(target, there) >= least:
+                break
+            x, here, least = further, there, loss(target, there)
+        if before - least < least_gain * least or np.abs(x - origin).max() < 5 * least_gain:
+            break
+    return Model(model.parts, x, least, jacobian)
+
+
+def polish(model: Model, base: Sequence[Effect], target: Floats, roots: Roots, sizes: Sequence[float]) -> Model:
+    """Each parameter up and down in turn, for what has no useful slope: steps, and noise that is drawn anew."""
+    x, least = model.x.copy(), loss(target, roots(model.build(base, model.x)))
+    for size in sizes:
+        for k in range(len(x)):
+            for sign in (1, -1):
+                moved = x.copy()
+                moved[k] += sign * max(size, 1.0 if model.free[k].whole else 0.0)
+                moved = model.bounded(moved)
+                new = loss(target, roots(model.build(base, moved))) if not np.allclose(moved, x) else np.inf
+                if new < least:
+                    x, least = moved, new
+                    break
+    return Model(model.parts, x, least, model.jacobian)
+
+
+def _jacobian(model: Model, base: Sequence[Effect], x: Vector, here: Floats, roots: Roots, both_sides: bool) -> Floats:
+    columns = []
+    for k in range(len(x)):
+        moved, size = _moved(model, x, k, (_TRIAL, -_TRIAL))
+        there = roots(model.build(base, moved))
+        back, back_size = _moved(model, x, k, (-_TRIAL,)) if both_sides else (x, 0.0)
+        if back_size * size < 0:
+            columns.append((there - roots(model.build(base, back))) / (size - back_size))
+        else:
+            columns.append((there - here) / size)
+    return np.stack(columns, axis=1)
+
+
+def _moved(model: Model, x: Vector, k: int, sizes: Sequence[float]) -> tuple[Vector, float]:
+    """``x`` with one parameter moved, by the first of ``sizes`` that its bounds allow, and by how much."""
+    free, moved = model.free[k], x.copy()
+    for size in sizes:
+        moved[k] = free.encode(free.decode(x[k] + size))
+        if abs(moved[k] - x[k]) > 0.5 * _TRIAL:
+            break
+    return moved, float(moved[k] - x[k]) or _TRIAL

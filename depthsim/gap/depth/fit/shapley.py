@@ -1,0 +1,30 @@
+"""How much of the gap each of several causes closes."""
+
+from itertools import combinations, permutations
+from math import factorial
+
+import numpy as np
+
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.validate import Judge
+from depthsim.sensor.effect import Effect
+
+
+def credit(judge: Judge, base: tuple[Effect, ...], model: Model) -> tuple[float, ...]:
+    """What each cause takes off the gap: the mean over all orders in which they may be added.
+
+    Source: Shapley, "A Value for n-Person Games", 1953.
+    """
+    xs, count = model.split(model.x), len(model.parts)
+    gaps: dict[frozenset[int], float] = {}
+    for size in range(count + 1):
+        for chosen in combinations(range(count), size):
+            effects = base
+            for k in chosen:
+                effects = model.parts[k].build(effects, xs[k])
+            gaps[frozenset(chosen)] = judge.quick(effects, 2)
+    taken = np.zeros(count)
+    for order in permutations(range(count)):
+        for place, k in enumerate(order):
+            taken[k] += gaps[frozenset(order[:place])] - gaps[frozenset(order[: place + 1])]
+    return tuple((taken / factorial(count)).tolist())

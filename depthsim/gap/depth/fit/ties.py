@@ -1,0 +1,80 @@
+"""Each cause against the effects that came close to it: better ones take its place, equal ones are ties."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.search import TIED, Candidate, Search
+from depthsim.gap.depth.fit.validate import Judge, jackknife
+from depthsim.sensor.effect import Effect
+
+_NEAR, _ALIKE = 0.15, 0.3
+"""Effects whose closed fractions differ by more than the first, or by a larger part than the second of what the better
+one closes, are no rivals."""
+Ties = dict[str, tuple[str, ...]]
+
+
+def compare_rivals(
+    search: Search, model: Model, gap: float, looked: Sequence[Sequence[Candidate]], before: Sequence[float]
+) -> tuple[Model, Ties]:
+    """The model with the best of each cause's rivals, and the equals of each cause.
+
+    looked, before: the leaders of each step, and the gap before it.
+    """
+    ties: Ties = {}
+    for named in [part.effect for part in model.parts]:
+        cause = named
+        step, mine, reach = _found_as(cause, looked, before)
+        reach = min(_NEAR * search.whole, reach)
+        taken = {part.effect for part in model.parts}
+        equals: list[str] = []
+        for rival in step:
+            name = rival.newest.effect
+            if mine is None or name in taken or name in equals or rival.gap - mine.gap > reach:
+                continue
+            other = _instead(search, model, cause, rival)
+            if other.gap < gap - TIED * search.whole:
+                search.say(f"{name} in place of {cause}")
+                model, gap, equals = other.model, other.gap, []
+                cause = name
+            elif other.gap - gap < TIED * search.whole or not _surely_worse(
+                search.judge, other.model.build(search.base), model.build(search.base)
+            ):
+                equals.append(name)
+        if equals:
+            ties[cause] = tuple(equals)
+    return model, ties
+
+
+def _found_as(
+    cause: str, looked: Sequence[Sequence[Candidate]], before: Sequence[float]
+) -> tuple[Sequence[Candidate], Candidate | None, float]:
+    """The step in which a cause was first among the leaders, what it was there, and how far behind a rival may be."""
+    for step, gap in zip(looked, before, strict=True):
+        mine = next((candidate for candidate in step if candidate.newest.effect == cause), None)
+        if mine is not None:
+            return step, mine, _ALIKE * (gap - mine.gap)
+    return (), None, np.inf
+
+
+def _instead(search: Search, model: Model, cause: str, rival: Candidate) -> Candidate:
+    """``model`` with ``rival`` in the place of ``cause``."""
+    if len(model.parts) == 1:
+        return rival
+    number = [part.effect for part in model.parts].index(cause)
+    newest = Model((rival.newest,), rival.model.split(rival.model.x)[-1])
+    search.say(f"trying {rival.newest.effect} in place of {cause}")
+    return search.judged(search.fit(newest.plus(model.less(number)), 3))
+
+
+def _surely_worse(judge: Judge, other: tuple[Effect, ...], chosen: tuple[Effect, ...]) -> bool:
+    """Whether the frames held out agree that ``other`` leaves more of the gap than ``chosen``."""
+    theirs, mine = (judge.simulate(effects, 0) for effects in (other, chosen))
+
+    def difference(blocks: NDArray[np.int64]) -> float:
+        a, b, c = (x[blocks].sum(axis=0) for x in (judge.real, theirs, mine))
+        return judge.ruler.gap(a, b) - judge.ruler.gap(a, c)
+
+    return jackknife(difference, np.arange(len(judge.real)))[1][0] > 0

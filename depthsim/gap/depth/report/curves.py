@@ -1,0 +1,155 @@
+"""Bias, spread and holes along an axis, cell by cell, with 95 % bands from blocks of frames."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from depthsim.gap.depth.data.axes import edges_of, label_of
+from depthsim.gap.depth.data.covariates import EDGE_CODES, EDGE_DISTANCES
+from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_LOST, ERROR_NO_SURFACE, MAGNITUDES
+from depthsim.gap.depth.data.views import View
+
+Floats = NDArray[np.float64]
+_EDGES = np.concatenate([[-140], -MAGNITUDES[::-1], [0], MAGNITUDES, [140]]).astype(np.float64)
+_FEWEST = 60
+"""Pixels that a cell needs to be drawn."""
+
+
+@dataclass(frozen=True)
+class Along:
+    """How a view's cells are drawn. group: (cells,) the place of each cell in the drawing, -1 for none.
+
+    edges: (groups + 1,) where the groups begin and end, None where they have names alone. names: of the groups.
+    spread: (groups,) the simulator's spread there [mm], for the axis range alone.
+    """
+
+    axis: str
+    label: str
+    group: NDArray[np.int64]
+    edges: Floats | None
+    names: tuple[str, ...]
+    spread: Floats | None
+
+    @property
+    def count(self) -> int:
+        """The number of groups."""
+        return int(self.group.max()) + 1
+
+
+@dataclass(frozen=True)
+class Curve:
+    """(3, groups): bias and spread in units of the simulator's spread, holes as a share; and half of the 95 % band."""
+
+    value: Floats
+    band: Floats
+
+
+def along(evidence: Evidence, number: int) -> Along | None:
+    """How the view ``number`` is drawn; None where it cannot be."""
+    view = evidence.views[number]
+    if view.kind != ERROR or not view.single:
+        return None
+    group, edges, names = _groups(evidence, view)
+    if group is None:
+        return None
+    spread = _spread(evidence, edges) if view.axis == "range" and edges is not None else None
+    return Along(view.axis, _label(view), group, edges, names, spread)
+
+
+def curve(evidence: Evidence, number: int, drawn: Along, counts: NDArray[np.integer] | NDArray[np.float64]) -> Curve:
+    """The curve of one sensor. counts: (blocks, size)."""
+    bins, begin = int(BINS[ERROR]), int(evidence.offsets[number])
+    size = evidence.views[number].size
+    own = counts[:, begin : begin + size * bins].reshape(len(counts), size, bins).astype(np.float64)
+    grouped = np.zeros((len(counts), drawn.count, bins))
+    kept = drawn.group >= 0
+    for cell in np.flatnonzero(kept):
+        grouped[:, drawn.group[cell]] += own[:, cell]
+    total = grouped.sum(axis=0)
+    value = _numbers(total)
+    value[:, total.sum(axis=1) < _FEWEST] = np.nan
+    blocks = len(counts)
+    if blocks < 3:
+        return Curve(value, np.zeros_like(value))
+    left_out = np.array([_numbers(total - one) for one in grouped])
+    error = np.sqrt((blocks - 1) / blocks * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
+    return Curve(value, error * float(stats.t.ppf(0.975, blocks - 1)))
+
+
+def _numbers(counts: Floats) -> Floats:
+    """(3, groups) from (groups, bins)."""
+    out = np.full((3, len(counts)), np.nan)
+    for k, row in enumerate(counts):
+        seen = row[:ERROR_LOST]
+        if row.sum() > 0:
+            out[2, k] = row[ERROR_LOST:ERROR_NO_SURFACE].sum() / row.sum()
+        if seen.sum() > 0:
+            sums = np.concatenate([[0], np.cumsum(seen)]) / seen.sum()
+            low, middle, high = np.interp([0.1587, 0.5, 0.8413], sums, _EDGES)
+            out[0, k], out[1, k] = middle, (high - low) / 2
+    return out
+
+
+def _groups(evidence: Evidence, view: View) -> tuple[NDArray[np.int64] | None, Floats | None, tuple[str, ...]]:
+    if view.axis == "edge_distance":
+        return _edge_groups(view)
+    if view.axis == "material":
+        cells = np.arange(view.size)
+        return cells, None, tuple(label_of(evidence, view, cells[k : k + 1]) for k in cells)
+    edges = edges_of(evidence, view)
+    if edges is None:
+        return None, None, ()
+    wide = np.diff(edges) > 1e-9
+    if wide.sum() < 2:
+        return None, None, ()
+    group = np.where(wide, np.cumsum(wide) - 1, -1)
+    return group, np.concatenate([edges[:-1][wide], edges[1:][wide][-1:]]).astype(np.float64), ()
+
+
+def _edge_groups(view: View) -> tuple[NDArray[np.int64], None, tuple[str, ...]]:
+    """Background side from far to near, then foreground side from near to far; what the right imager misses apart."""
+    count = len(EDGE_DISTANCES)
+    group = np.full(view.size, 2 * count)
+    for code in range(1, EDGE_CODES):
+        distance, background = (code - 1) % count, (code - 1) // count < 4
+        group[code] = count - 1 - distance if background else count + distance
+    begins = [1, *(d + 1 for d in EDGE_DISTANCES[:-1])]
+    spans = [str(a) if a == b else f"{a}-{b}" for a, b in zip(begins, EDGE_DISTANCES, strict=True)]
+    return group, None, (*(f"-{span}" for span in spans[::-1]), *(f"+{span}" for span in spans), "hidden")
+
+
+def _label(view: View) -> str:
+    if view.axis == "edge_distance":
+        return "from a depth edge [px]: - background, + foreground"
+    unit = {"": "", "1": " [share of the corner's]", "deg": " [°]"}.get(view.unit, f" [{view.unit}]")
+    return view.axis.replace("_", " ") + unit
+
+
+def _spread(evidence: Evidence, edges: Floats) -> Floats:
+    """(groups,) the mean of the simulator's spread between ranges [mm]."""
+    count = len(edges) - 1
+    summed, pixels = np.zeros(count), np.zeros(count)
+    for still in list(evidence.stills.values())[:: max(1, len(evidence.stills) // 8)]:
+        ok = still.per_spread > 0
+        place = np.clip(np.searchsorted(edges, still.geometry.depth.reshape(-1)[ok]) - 1, 0, count - 1)
+        summed += np.bincount(place, 1000 / still.per_spread[ok], count)
+        pixels += np.bincount(place, minlength=count)
+    return np.asarray(summed / np.maximum(pixels, 1))
+
+
+def best_views(evidence: Evidence, ranked: Sequence[int], most: int) -> list[int]:
+    """The views to draw: the first of ``ranked`` that can be, each axis once; range is always among them."""
+    by_axis: dict[str, int] = {}
+    for number in (*ranked, *range(len(evidence.views))):
+        view = evidence.views[number]
+        wanted = number in ranked or view.axis in ("range", "incidence")
+        if wanted and view.axis not in by_axis and along(evidence, number) is not None:
+            by_axis[view.axis] = number
+    chosen = list(by_axis)[:most]
+    if "range" in by_axis and "range" not in chosen:
+        chosen[-1:] = ["range"] if len(chosen) == most else [*chosen[-1:], "range"]
+    return [by_axis[axis] for axis in chosen]

@@ -1,0 +1,1 @@
+"""Where the gap lies, and what no effect explains."""

@@ -1,0 +1,103 @@
+"""In what way two sets of errors differ: bias, spread, missing returns, tails, or how neighbours go together."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_LOST, ERROR_NO_SURFACE, MAGNITUDES
+from depthsim.gap.diagnosis import What
+
+_MIDDLES = np.concatenate([[0], (MAGNITUDES[:-1] + MAGNITUDES[1:]) / 2, [100]])
+_CENTRES = np.concatenate([-_MIDDLES[::-1], _MIDDLES])
+_CENTRES[15], _CENTRES[16] = -0.07, 0.07
+TAIL = 4.5
+"""Errors beyond so many spreads of the simulator are told as tails, where both have few of them."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """what: the kind that makes most of it; sizes: bits by kind; words: in numbers.
+
+    bias [spreads of the simulator], spread: real over simulated, lost: shares of holes (real, simulated).
+    """
+
+    what: What
+    sizes: dict[str, float]
+    words: str
+    bias: float
+    spread: float
+    lost: tuple[float, float]
+
+
+def compare(
+    evidence: Evidence, view: int, cells: NDArray[np.int64], real: NDArray[np.integer], simulated: NDArray[np.integer]
+) -> Difference:
+    """What differs in some cells of a view."""
+    kind = evidence.views[view].kind
+    bins, begin = int(BINS[kind]), int(evidence.offsets[view])
+    size = evidence.views[view].size
+    a, b = (x[begin : begin + size * bins].reshape(size, bins)[cells].astype(float) for x in (real, simulated))
+    if kind != ERROR:
+        words = "errors of neighbouring pixels go together in another way"
+        if evidence.views[view].axis == "frame_neighbours":
+            words = "errors of the same pixel in successive frames go together in another way"
+        return Difference("correlation", {"correlation": 1.0}, words, 0.0, 1.0, (0.0, 0.0))
+    weight = a.sum(axis=1) / max(a.sum(), 1)
+    parts = [_one(x, y) for x, y in zip(a, b, strict=True)]
+    sizes = {key: float(sum(w * p[0][key] for w, p in zip(weight, parts, strict=True))) for key in parts[0][0]}
+    numbers = np.array([p[1] for p in parts])
+    bias = float(weight @ numbers[:, 0])
+    spread = float(np.exp(weight @ np.log(np.maximum(numbers[:, 1], 1e-3))))
+    lost = float(weight @ numbers[:, 2]), float(weight @ numbers[:, 3])
+    tails = float(weight @ numbers[:, 4]), float(weight @ numbers[:, 5])
+    what = max(sizes, key=lambda key: sizes[key])
+    told = {
+        "bias": f"mean error {_biggest(numbers[:, 0]):+.2f} times the simulator's spread",
+        "spread": f"std {spread:.2f} times the simulator's",
+        "missing": f"holes {100 * lost[0]:.1f} % against {100 * lost[1]:.1f} % simulated",
+        "tail": f"{100 * tails[0]:.2f} % beyond {TAIL} spreads against {100 * tails[1]:.2f} % simulated",
+    }
+    return Difference(what, sizes, told[what], bias, spread, lost)  # type: ignore[arg-type]
+
+
+def _biggest(values: NDArray[np.floating]) -> float:
+    return float(values[np.argmax(np.abs(values))])
+
+
+def _one(a: NDArray[np.floating], b: NDArray[np.floating]) -> tuple[dict[str, float], tuple[float, ...]]:
+    lost_a, lost_b = (float(x[ERROR_LOST:ERROR_NO_SURFACE].sum() / max(x.sum(), 1)) for x in (a, b))
+    seen_a, seen_b = (x[:ERROR_LOST] / max(x[:ERROR_LOST].sum(), 1) for x in (a, b))
+    core = np.abs(_CENTRES) < TAIL
+    far_a, far_b = (float(x[~core].sum()) for x in (seen_a, seen_b))
+    (mean_a, std_a), (mean_b, std_b) = (_core(x) for x in (seen_a, seen_b))
+    valid = 1 - (lost_a + lost_b) / 2
+    shift = mean_a - mean_b
+    sizes = {
+        "bias": valid * min(shift**2 / (4 * (std_a**2 + std_b**2) * np.log(2)), 1.0),
+        "spread": valid * min(np.log(std_a / std_b) ** 2 / (4 * np.log(2)), 1.0),
+        "missing": _binary(lost_a, lost_b),
+        "tail": valid * _binary(far_a, far_b) if max(far_a, far_b) < 0.2 else 0.0,
+    }
+    return sizes, (shift, std_a / std_b, lost_a, lost_b, far_a, far_b)
+
+
+def _core(shares: NDArray[np.floating]) -> tuple[float, float]:
+    """Median and spread (half the distance of the 16 % and 84 % quantiles) from shares by bin, interpolated."""
+    sums = np.cumsum(shares)
+    if sums[-1] <= 0:
+        return 0.0, 1.0
+    edges = np.concatenate([-MAGNITUDES[::-1], [0], MAGNITUDES, [140]])
+    low, middle, high = (float(np.interp(q, sums / sums[-1], edges)) for q in (0.16, 0.5, 0.84))
+    return middle, max((high - low) / 2, 0.05)
+
+
+def _binary(p: float, q: float) -> float:
+    """Jensen–Shannon divergence of two shares [bits]."""
+
+    def entropy(x: float) -> float:
+        x = min(max(x, 1e-12), 1 - 1e-12)
+        return float(-x * np.log2(x) - (1 - x) * np.log2(1 - x))
+
+    return max(entropy((p + q) / 2) - (entropy(p) + entropy(q)) / 2, 0.0)

@@ -1,0 +1,211 @@
+"""Where the gap lies: along which axis, in which part of it, and in what way simulation and recording differ there.
+
+The difference between the two distributions of the error has a mean over all pixels, which any axis shows, and a part
+that changes from cell to cell. An axis is the one to look at as far as the difference changes along it: what causes the
+gap changes with that axis itself, and with other axes only as they go together with it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import jensenshannon
+
+from depthsim.gap.depth.data import histograms as fingerprint
+from depthsim.gap.depth.data.axes import interval_of, label_of
+from depthsim.gap.depth.data.divergence import Ruler
+from depthsim.gap.depth.data.evidence import Counts, Evidence
+from depthsim.gap.depth.data.views import View
+from depthsim.gap.depth.where.correction import learnable
+from depthsim.gap.depth.where.differences import TAIL, Difference, compare
+from depthsim.gap.diagnosis import Cut
+from depthsim.sensor.effect import Effect
+
+Floats = NDArray[np.float64]
+_PER_DOUBLING = 0.015
+"""What an axis must explain more for having twice the cells, as a map of everything could stand for any axis."""
+_PAIR = 0.05
+"""What a pair of axes, or a finer look at one, must explain more."""
+_PAIRED = 2.2
+"""Two independent pixels tell twice as much as one. Neighbours that tell more go together in another way."""
+_TOGETHER, _ALSO = 0.5, 0.2
+"""What pairs of errors must tell of their own, over what one error tells, to be the first axis or the second."""
+_UNIFORM = 0.1
+"""Where the gap changes along no axis by more than this share of it, neighbours may tell what it is."""
+PAIRS = (fingerprint.FAR_LEFT, fingerprint.FAR_UP, fingerprint.BEFORE)
+_LEARNED = 3
+"""For how many axes a correction is learned, besides those of neighbours."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """An axis. depends: the part of the gap that changes along it; closes: what a correction along it would close, NaN
+    where none was learned; shares: of the axis' gap, by cell; gap: bits per pixel in this view.
+    """
+
+    view: int
+    depends: float
+    closes: float
+    shares: Floats
+    gap: float
+
+
+def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[Place]:
+    """All axes, the one that matters most first. effects: the sensor that is compared with the recording."""
+    real = evidence.real_counts(evidence.test).sum(axis=0)
+    plain, another = (evidence.simulate(effects, evidence.test, seed=seed).sum(axis=0) for seed in (8, 9))
+    excess = np.maximum(ruler.divergence(real, plain) - ruler.divergence(another, plain), 0) * ruler.totals(real)
+    errors = [n for n, view in enumerate(evidence.views) if view.kind == fingerprint.ERROR]
+    pairs = [n for n, view in enumerate(evidence.views) if fingerprint.ERROR < view.kind < fingerprint.ACROSS]
+    changes = {n: _changes(evidence, n, real, plain, another) for n in errors}
+    whole = max(max((total for _, total in changes.values()), default=0.0), 1e-12)
+    depends = {n: float(np.clip(varies / whole, 0, 1)) for n, (varies, _) in changes.items()}
+    uniform = max(depends.values(), default=0.0) < _UNIFORM
+    if uniform and (by_range := _as_the_spread(evidence, real, plain)) is not None:
+        depends[by_range] = 1.0
+    first = sorted(errors, key=lambda n: _cost(evidence.views[n]) - depends[n])
+    closes = learnable(evidence, ruler, effects, [*first[:_LEARNED], *pairs])
+    bits = np.maximum(ruler.by_view(real, plain) - ruler.by_view(another, plain), 0)
+    alone = max((bits[n] for n in errors), default=0.0)
+    pairs.sort(key=lambda n: -bits[n])
+    own = {n: beyond_each(evidence, n, real, plain) - beyond_each(evidence, n, another, plain) for n in pairs}
+    told = {n: float((o * _pixels(evidence, ruler, n, real)).sum()) for n, o in own.items()}
+    ahead = [n for n in pairs if bits[n] > _PAIRED * alone or told[n] > _TOGETHER * alone]
+    beside = [n for n in pairs if n not in ahead and (told[n] > _ALSO * alone or (uniform and bits[n] > alone))]
+    order = [*ahead, *first[:1], *beside, *first[1:], *(n for n in pairs if n not in (*ahead, *beside))]
+    found = []
+    for number in order:
+        own = excess[ruler.view_of_cell == number]
+        if own.any():
+            pixels = max(ruler.totals(real)[ruler.view_of_cell == number].sum(), 1)
+            paired = 1.0 if number in (*ahead, *beside) else max(closes.get(number, 0.0), 0.0)
+            value = depends.get(number, paired)
+            found.append(Place(number, value, closes.get(number, np.nan), own / own.sum(), float(own.sum() / pixels)))
+    return found
+
+
+def _as_the_spread(evidence: Evidence, real: Counts, plain: Counts) -> int | None:
+    """The view by range, where the whole gap is one bias or one factor of the spread.
+
+    Errors are told in units of the simulator's spread. What is the same everywhere in those changes in metres as the
+    spread does, which is a function of the range.
+    """
+    views = enumerate(evidence.views)
+    number = next((n for n, v in views if v.axis == "range" and v.single and v.kind == fingerprint.ERROR), None)
+    if number is None:
+        return None
+    what = compare(evidence, number, np.arange(evidence.views[number].size), real, plain).what
+    return number if what in ("bias", "spread") else None
+
+
+def _changes(evidence: Evidence, number: int, real: Counts, plain: Counts, another: Counts) -> tuple[float, float]:
+    """The part of the squared Hellinger distance that changes along an axis, and the whole of it, over chance."""
+    view = evidence.views[number]
+    bins, begin = int(fingerprint.BINS[view.kind]), int(evidence.offsets[number])
+    everything = int(evidence.views[0].size) * bins
+
+    def roots(counts: Counts) -> tuple[Floats, Floats]:
+        cells = counts[begin : begin + view.size * bins].reshape(view.size, bins).astype(float)
+        # Some views leave pixels out: those are one cell more.
+        outside = counts[:everything].reshape(-1, bins).sum(axis=0) - cells.sum(axis=0)
+        cells = np.vstack([cells, np.maximum(outside, 0)])
+        pixels = cells.sum(axis=1)
+        return np.sqrt(cells / np.maximum(pixels, 1)[:, None]), pixels
+
+    (a, pixels), (b, _), (c, _) = roots(real), roots(plain), roots(another)
+    weights = pixels / max(pixels.sum(), 1)
+
+    def parts(x: Floats, y: Floats) -> tuple[float, float]:
+        difference = x - y
+        mean = weights @ difference
+        return float(weights @ ((difference - mean) ** 2).sum(axis=1)), float(weights @ (difference**2).sum(axis=1))
+
+    (varies, whole), (chance_varies, chance) = parts(a, b), parts(c, b)
+    return max(varies - chance_varies, 0.0), max(whole - chance, 0.0)
+
+
+def _pixels(evidence: Evidence, ruler: Ruler, number: int, counts: Counts) -> Floats:
+    """(cells,) the share of each cell in the pixels of a view."""
+    totals = ruler.totals(counts)[ruler.view_of_cell == number]
+    return totals / max(totals.sum(), 1)
+
+
+def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any]) -> Floats:
+    """(cells,) the divergence of pairs of errors beyond what either error alone has [bits]: how they go together.
+
+    Two recordings that differ by a bias differ in their pairs as well, though no error has to do with another. 0 for
+    a view that counts no pairs.
+    """
+    view = evidence.views[number]
+    size, bins, begin = view.size, int(fingerprint.BINS[view.kind]), int(evidence.offsets[number])
+    if view.kind not in PAIRS:
+        return np.zeros(size)
+    pairs = [counts[begin : begin + size * bins].reshape(size, bins)[:, :25].reshape(size, 5, 5) for counts in (x, y)]
+    joint, one, other = (
+        jensenshannon(*(p.sum(axis=sums).reshape(size, -1) + 1e-9 for p in pairs), base=2, axis=1) ** 2
+        for sums in ((), (1,), (2,))
+    )
+    return np.maximum(joint - one - other, 0)
+
+
+def _cost(view: View) -> float:
+    return _PER_DOUBLING * max(np.log2(view.size / 8), 0.0) + (0.0 if view.single else _PAIR)
+
+
+def cuts_of(
+    evidence: Evidence, ruler: Ruler, effects: Sequence[Effect], places: Sequence[Place], most: int = 6
+) -> tuple[Cut, ...]:
+    """The ranked list for diagnosis.json: each axis once, with the part of it that holds most of its gap."""
+    real = evidence.real_counts(evidence.test).sum(axis=0)
+    simulated = evidence.simulate(effects, evidence.test, seed=8).sum(axis=0)
+    cuts: list[Cut] = []
+    seen: set[str] = set()
+    for place in places:
+        view = evidence.views[place.view]
+        if view.axis in seen or place.depends < 0.02 or len(cuts) >= most:
+            continue
+        seen.add(view.axis)
+        cells = shortest_row(place.shares) if view.unit else _largest(place.shares)
+        difference = compare(evidence, place.view, cells, real, simulated)
+        cuts.append(_tell(evidence, place, cells, difference))
+        if difference.what == "tail" and "residual_tail" not in seen:
+            seen.add("residual_tail")
+            share = difference.sizes["tail"] / max(sum(difference.sizes.values()), 1e-12)
+            label, words = f"errors beyond {TAIL} times the simulator's spread", difference.words
+            cuts.append(Cut(axis="residual_tail", label=label, share_of_gap=share, what="tail", text=words))
+    return tuple(cuts)
+
+
+def _tell(evidence: Evidence, place: Place, cells: NDArray[np.int64], difference: Difference) -> Cut:
+    view = evidence.views[place.view]
+    share = float(place.shares[cells].sum())
+    interval = interval_of(evidence, view, cells)
+    return Cut(
+        axis=view.axis,
+        interval=interval,
+        label=None if interval else label_of(evidence, view, cells),
+        unit=view.unit if interval else "",
+        share_of_gap=share,
+        what=difference.what,
+        text=difference.words,
+    )
+
+
+def shortest_row(shares: Floats, enough: float = 0.7) -> NDArray[np.int64]:
+    """The shortest row of cells that holds ``enough`` of the whole."""
+    sums = np.concatenate([[0], np.cumsum(shares)])
+    best = (0, len(shares))
+    for begin in range(len(shares)):
+        end = int(np.searchsorted(sums, sums[begin] + enough - 1e-12))
+        if end <= len(shares) and end - begin < best[1] - best[0]:
+            best = (begin, end)
+    return np.arange(*best)
+
+
+def _largest(shares: Floats, enough: float = 0.5, most: int = 3) -> NDArray[np.int64]:
+    """The cells that hold most of the gap."""
+    order = np.argsort(-shares)
+    count = int(np.searchsorted(np.cumsum(shares[order]), enough)) + 1
+    return order[: min(count, most)]

@@ -1,0 +1,58 @@
+"""A gap that no effect of the bank explains: what it looks like, and where to begin with a new effect."""
+
+import math
+from collections.abc import Sequence
+
+from depthsim.gap.depth.data.divergence import Ruler
+from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.where.localize import Place
+from depthsim.gap.diagnosis import Cut
+from depthsim.sensor.effect import Effect
+
+
+def describe(
+    evidence: Evidence, ruler: Ruler, effects: Sequence[Effect], places: Sequence[Place], cuts: Sequence[Cut]
+) -> str:
+    """The gap in plain words."""
+    if not cuts:
+        return "the gap is spread so thinly that no axis stands out"
+    first = cuts[0]
+    closes = best_learned(places)
+    text = f"{first.text} for {place_in_words(first)}"
+    if len(cuts) > 1 and cuts[1].what != first.what:
+        text += f"; besides, {cuts[1].text} for {place_in_words(cuts[1])}"
+    return f"{text}. A correction learned along one axis would close at most {closes:.0%} of it."
+
+
+def best_learned(places: Sequence[Place]) -> float:
+    """The most that a correction learned along one axis closes."""
+    return max((place.closes for place in places if not math.isnan(place.closes)), default=0.0)
+
+
+def place_in_words(cut: Cut) -> str:
+    """A cut's part of its axis."""
+    name = cut.axis.replace("_", " ")
+    if cut.interval is not None:
+        low, high = (0.0 if abs(end) < 1e-6 else end for end in cut.interval)
+        unit = "" if cut.unit == "1" else f" {cut.unit}"
+        return f"{name} {low:.3g} to {high:.3g}{unit}"
+    return f"{name}: {cut.label}" if cut.label and cut.label != name else name
+
+
+def stub(cut: Cut) -> str:
+    """The beginning of a new effect, to be filled in."""
+    stage = {"bias": "DISPARITY", "missing": "MISSING", "correlation": "PROCESSING"}.get(cut.what, "NOISE")
+    name = f"new_{cut.axis.replace(' x ', '_by_')}_{cut.what}"
+    title = "".join(word.capitalize() for word in name.split("_"))
+    return f'''class {title}(Effect):
+    """{cut.text} ({place_in_words(cut)}): say here what the sensor does."""
+
+    id: ClassVar[str] = "{name}"
+    stage: ClassVar[Stage] = Stage.{stage}
+    source: ClassVar[str] = "where the formula is from"
+
+    strength: float = parameter(0.1, low=0, high=1, unit="1", neutral=0, about="what it does", source="measured")
+
+    def apply(self, frame: Frame) -> None:
+        """Change frame.depth or frame.disparity in place; frame.geometry has depth, cosine, tag and face."""
+'''

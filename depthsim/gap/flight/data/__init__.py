@@ -1,0 +1,1 @@
+"""What a diagnosis of flights looks at: records, axes, and the forces that a model predicts."""

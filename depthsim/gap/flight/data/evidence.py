@@ -1,0 +1,141 @@
+"""What is fitted: the residuals of all logs side by side, cut into blocks of time, with the noise of each channel."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.flight.fit.motion import CUTOFF
+from depthsim.flight.table import Floats
+from depthsim.gap.flight.data.noise import noise_levels
+from depthsim.gap.flight.data.records import Records
+from depthsim.gap.flight.data.simulate import Model, Settings
+from depthsim.gap.flight.fit.candidate import Formula
+from depthsim.gap.resampling import contiguous
+
+_BLOCK = 2.5
+"""[s] as in flight.fit: residuals of real flights are correlated over about a second."""
+_FOLDS = 9
+_LEAST = {"accelerometer": 0.01, "velocities": 0.03}
+"""[m/s²] no channel is trusted more than this."""
+
+Values = tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Logs and a vehicle, ready for fits; n samples in all, C channels, A axes.
+
+    measured: (n, C, A). blocks: (n,) the block of time of each sample; folds: (blocks,) when each block is held out.
+    sigma: (C, A) noise [m/s²]. worth: independent samples that a kept one counts for.
+    """
+
+    records: Records
+    model: Model
+    base: Settings
+    measured: Floats
+    blocks: NDArray[np.int_]
+    folds: NDArray[np.int_]
+    starts: NDArray[np.int_]
+    sigma: Floats
+    worth: float
+
+    @property
+    def weights(self) -> Floats:
+        """(C, A)."""
+        return self.worth / self.sigma**2
+
+    @cached_property
+    def counts(self) -> NDArray[np.int_]:
+        """(blocks,) samples of each."""
+        return np.bincount(self.blocks)
+
+    @cached_property
+    def tilts(self) -> Floats:
+        """(n, C, A, 2F) how the velocities' channel changes with the attitude's tilt about x and y in each log."""
+        files = len(self.records.files) if self.measured.shape[1] > 1 else 0
+        out = np.zeros((*self.measured.shape, 2 * files))
+        at = 0
+        for part in self.records.parts if files else ():
+            rows = slice(at, at + len(part))
+            upward = part.measured[1, :, 2]
+            out[rows, 1, 0, 2 * part.file] = -upward
+            out[rows, 1, 1, 2 * part.file + 1] = upward
+            at += len(part)
+        return out
+
+    def settings(self, formulas: Sequence[Formula], values: Values) -> Settings:
+        """The base with formulas applied."""
+        s = self.base
+        for formula, numbers in zip(formulas, values, strict=True):
+            s = formula.apply(s, numbers)
+        return s
+
+    def predict(self, s: Settings) -> Floats:
+        """(n, C, A)."""
+        axes = list(self.records.axes)
+        parts = [np.moveaxis(self.model.predict(part, s), 0, 1)[..., axes] for part in self.records.parts]
+        return np.concatenate(parts)
+
+    def noise(self, s: Settings) -> Floats:
+        """(C, A) what of the residual under these settings is noise [m/s²], by its spectrum."""
+        squares: Floats = np.zeros(1)
+        seconds = 0.0
+        for part in self.records.parts:
+            inside = slice(part.rows[0], part.rows[-1] + 1)
+            raw = [
+                (seen - expected)[inside]
+                for seen, expected in zip(part.raw, self.model.unfiltered(part, s), strict=True)
+            ]
+            levels = np.stack([noise_levels(channel, part.rate) for channel in raw])
+            squares = squares + part.seconds * levels**2
+            seconds += part.seconds
+        return np.asarray(np.sqrt(squares / seconds))[:, list(self.records.axes)]
+
+
+def make_problem(records: Records, model: Model, base: Settings) -> Problem:
+    """Lay the blocks and find the noise."""
+    axes = list(records.axes)
+    measured = np.concatenate([np.moveaxis(part.measured, 0, 1)[..., axes] for part in records.parts])
+    blocks: list[NDArray[np.int_]] = []
+    folds: list[NDArray[np.int_]] = []
+    for part in records.parts:
+        count = max(round(part.seconds / _BLOCK), 2)
+        blocks.append(contiguous(len(part), count) + sum(len(fold) for fold in folds))
+        folds.append(contiguous(count, _FOLDS))
+    rows = np.concatenate(blocks)
+    starts = np.flatnonzero(np.diff(rows, prepend=-1))
+    worth = min(1.0, 2 * CUTOFF * records.parts[0].step)
+    shape = measured.shape[1:]
+    problem = Problem(records, model, base, measured, rows, np.concatenate(folds), starts, np.ones(shape), worth)
+    return with_noise(problem, base)
+
+
+def with_noise(problem: Problem, s: Settings) -> Problem:
+    """The same problem with the noise as the residual under ``s`` has it."""
+    least = np.array([_LEAST[channel] for channel in problem.records.channels])[:, None]
+    sigma = np.sqrt(problem.noise(s) ** 2 + least**2)
+    if len(sigma) > 1:
+        sigma[1] = np.maximum(sigma[1], _mismatch(problem, sigma[0]))
+    return replace(problem, sigma=sigma)
+
+
+def _mismatch(problem: Problem, noise: Floats) -> Floats:
+    """(A,) what accelerometer and velocities differ by [m/s²], beyond what a bias, a rotation or a delay explains.
+
+    It is held against the velocities: filters and slow errors of a motion capture are not noise by their spectrum.
+    """
+    one, other = problem.measured[:, 0], problem.measured[:, 1]
+    squares, samples = np.zeros(one.shape[1]), 0
+    at = 0
+    for part in problem.records.parts:
+        rows = slice(at, at + len(part))
+        force = part.measured[1]
+        columns = np.column_stack([np.ones(len(part)), force, np.gradient(force, axis=0)])
+        difference = one[rows] - other[rows]
+        rest = difference - columns @ np.linalg.lstsq(columns, difference, rcond=None)[0]
+        squares, samples = squares + (rest**2).sum(axis=0), samples + len(part)
+        at += len(part)
+    return np.asarray(np.sqrt(np.maximum(squares / samples - noise**2, 0)))

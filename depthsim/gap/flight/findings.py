@@ -1,0 +1,45 @@
+"""A flight that was diagnosed, with all that a report needs."""
+
+from dataclasses import dataclass
+
+from depthsim.flight.table import Floats
+from depthsim.flight.vehicle import Vehicle
+from depthsim.gap.diagnosis import Diagnosis
+from depthsim.gap.flight.data.axes import State, axes_of, state_of
+from depthsim.gap.flight.data.evidence import Problem
+from depthsim.gap.flight.data.simulate import Settings
+from depthsim.gap.flight.fit.select import Choice
+from depthsim.gap.flight.where.correction import Learned, learn, learn_time
+
+
+@dataclass(frozen=True)
+class Flown:
+    """All that a report is made from.
+
+    before, after: (n, A) residuals of the first channel [m/s²], held out. noise: (A,) [m/s²]. learned: of the gap and
+    of what is left, by axis.
+    """
+
+    diagnosis: Diagnosis
+    vehicle: Vehicle
+    problem: Problem
+    choice: Choice
+    before: Floats
+    after: Floats
+    noise: Floats
+    state: State
+    learned: tuple[Learned, ...]
+    left: tuple[Learned, ...]
+
+
+def learn_all(problem: Problem, residual: Floats, s: Settings, noise: Floats) -> list[Learned]:
+    """On every axis, the most telling first."""
+    state = state_of(problem, s)
+    found = [learn(problem, residual, axis, state, noise) for axis in axes_of(state)]
+    found.append(learn_time(problem, residual, noise)[0])
+    return sorted(found, key=lambda one: -one.rank)
+
+
+def power(residual: Floats, noise: Floats) -> float:
+    """Mean square above the noise, of all axes together [(m/s²)²]."""
+    return max(float((residual**2).mean(axis=0).sum() - (noise**2).sum()), 0.0)

@@ -1,0 +1,176 @@
+"""The causes of a gap with what each closes, and their parameters by name."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from depthsim.flight.table import Floats
+from depthsim.gap.diagnosis import Cause
+from depthsim.gap.flight.data.evidence import Problem
+from depthsim.gap.flight.fit.advice import advice
+from depthsim.gap.flight.fit.optimize import Fit, refitted
+from depthsim.gap.flight.fit.select import Choice, without
+from depthsim.gap.resampling import block_weights, percentile95
+
+
+def causes_of(problem: Problem, choice: Choice, floor: float, seed: int) -> tuple[tuple[Cause, ...], list[float]]:
+    """The causes, the one that closes most first, and the gap before and after each [m/s²]."""
+    fit = choice.fit
+    ladder = _ladder(choice)
+    weights = block_weights(len(problem.counts), seed=seed)
+    rms = [_rms(problem, squares) for _, squares in ladder]
+    draws = [_rms(problem, squares, weights) for _, squares in ladder]
+    found = []
+    for step, (index, _) in enumerate(ladder[1:], start=1):
+        closed = float(_portion(rms, step, floor))
+        interval = _pair(percentile95(_portion(draws, step, floor)))
+        if index is None:
+            found.append(_gust_cause(problem, choice, closed, interval))
+            continue
+        formula, values = fit.formulas[index], fit.values[index]
+        alternatives = tuple(choice.alternatives[index]) if choice.alternatives else ()
+        errors = fit.errors[index]
+        parameters = {"formula": formula.name, **_named(formula, values, problem)}
+        low = _named(formula, [value - 2.0 * error for value, error in zip(values, errors, strict=True)], problem)
+        high = _named(formula, [value + 2.0 * error for value, error in zip(values, errors, strict=True)], problem)
+        found.append(
+            Cause(
+                effect=formula.effect,
+                parameters=parameters,
+                ci95={
+                    name: (low[name], high[name])
+                    if not isinstance(low[name], list)
+                    else list(zip(low[name], high[name], strict=True))
+                    for name in low
+                },
+                closed_fraction=rounded(closed),
+                ci95_closed=interval,
+                indistinguishable_from=alternatives,
+                advice=advice(formula.effect, alternatives),
+            )
+        )
+    return tuple(found), rms
+
+
+def _ladder(choice: Choice) -> list[tuple[int | None, Floats]]:
+    """Squared residuals (B,) of the first channel with one cause more each time, the strongest first."""
+    fit = choice.fit
+    count = len(fit.formulas)
+    lost = [_first(without(fit, index)).sum() for index in range(count)] if count > 1 else [0.0] * count
+    order: list[int | None] = [int(index) for index in np.argsort(lost, kind="stable")[::-1]]
+    if choice.gusts is not None:
+        gusty = float(((fit.held_out[:, 0] + choice.gusts.predicted[:, 0]) ** 2).sum())
+        order.insert(sum(1 for index in order if index is not None and lost[index] > gusty), None)
+    found: list[tuple[int | None, Floats]] = [(None, _first(choice.start))]
+    taken: list[int] = []
+    calm = False
+    for index in order:
+        calm = calm or index is None
+        taken += [] if index is None else [index]
+        problem = fit.problem if calm else choice.start.problem
+        formulas = [fit.formulas[place] for place in taken]
+        values = tuple(fit.values[place] for place in taken)
+        step = fit if len(taken) == count and (calm or choice.gusts is None) else refitted(problem, formulas, values)
+        found.append((index, _first(step)))
+    return found
+
+
+def _first(fit: Fit) -> Floats:
+    return np.asarray(fit.squares[:, 0].sum(axis=-1))
+
+
+def _rms(problem: Problem, squares: Floats, weights: Floats | None = None) -> Any:
+    counts = problem.counts * len(problem.records.axes)
+    if weights is None:
+        return float(np.sqrt(squares.sum() / counts.sum()))
+    return np.sqrt((weights @ squares) / (weights @ counts))
+
+
+def closed_interval(problem: Problem, choice: Choice, floor: float, seed: int) -> tuple[float, float]:
+    """The 95 % interval of what all causes together close, over blocks of time."""
+    weights = block_weights(len(problem.counts), seed=seed)
+    before, after = _rms(problem, _first(choice.start), weights), _rms(problem, _first(choice.fit), weights)
+    return _pair(percentile95(np.clip((before - after) / np.maximum(before - floor, 1e-9), -1.0, 1.0)))
+
+
+def _portion(rms: Sequence[Any], step: int, floor: float) -> Any:
+    """What one of several causes closes: its part of the power, as a part of what all of them close.
+
+    Of two equal forces the first to go would lower an RMS by less than the second; shares of power are alike.
+    """
+    power = (rms[step - 1] ** 2 - rms[step] ** 2) / np.maximum(rms[0] ** 2 - rms[-1] ** 2, 1e-12)
+    return np.clip(power * (rms[0] - rms[-1]) / np.maximum(rms[0] - floor, 1e-9), -1.0, 1.0)
+
+
+def closed_share(before: float, after: float, floor: float) -> float:
+    """(before - after) / (before - floor)."""
+    return float(np.clip((before - after) / max(before - floor, 1e-9), -1.0, 1.0))
+
+
+def _named(formula: Any, values: Sequence[float], problem: Problem) -> dict[str, Any]:
+    """Parameters by name; biases as a list for each log and each time that they are given at."""
+    if formula.effect == "imu_bias":
+        biases = np.reshape(values, (len(problem.records.files), -1, 3))
+        knots = biases.shape[1]
+        found = {}
+        for name, seconds, log in zip(problem.records.files, problem.base.seconds, biases, strict=True):
+            for at, bias in zip(np.linspace(0, seconds, knots), log, strict=True):
+                key = (
+                    "bias"
+                    + (f" at {at:.0f} s" if knots > 1 else "")
+                    + (f", {Path(name).name}" if len(biases) > 1 else "")
+                )
+                found[key] = [rounded(value) for value in bias]
+        return found
+    return {parameter.name: rounded(value) for parameter, value in zip(formula.parameters, values, strict=True)}
+
+
+def gust_keys(problem: Problem, choice: Choice) -> dict[str, Any] | None:
+    """What a vehicle.yaml has of the gusts: mean, strength and correlation time; None without gusts."""
+    if choice.gusts is None:
+        return None
+    wind, mean = choice.gusts.knots, np.array(problem.base.wind[:2]) + choice.gusts.knots.mean(axis=0)
+    spread = float(np.sqrt(wind.var(axis=0).mean()))
+    return {
+        "velocity": [rounded(float(mean[0])), rounded(float(mean[1])), 0.0],
+        "intensity": rounded(spread),
+        "correlation_time": rounded(_correlation_time(choice.gusts.knots, choice.gusts.time)),
+    }
+
+
+def _correlation_time(wind: Floats, time: Floats) -> float:
+    """[s] over which the series' correlation falls to 1/e."""
+    step = float(np.median(np.diff(time)))
+    calm = wind - wind.mean(axis=0)
+    whole = float((calm**2).sum())
+    for lag in range(1, len(calm) // 2):
+        if float((calm[lag:] * calm[:-lag]).sum()) < whole / np.e:
+            return lag * step
+    return len(calm) // 2 * step
+
+
+def _gust_cause(problem: Problem, choice: Choice, closed: float, interval: tuple[float, float]) -> Cause:
+    keys = gust_keys(problem, choice)
+    assert keys is not None and choice.gusts is not None
+    blocks = np.array_split(choice.gusts.knots, max(len(choice.gusts.knots) // 12, 2))
+    spreads = np.sqrt(np.array([block.var(axis=0).mean() for block in blocks]))
+    half = float(2 * spreads.std(ddof=1) / np.sqrt(len(spreads)))
+    return Cause(
+        effect="gusting_wind",
+        parameters={"formula": "wind that changes in time", **keys},
+        ci95={"intensity": (rounded(max(keys["intensity"] - half, 0.0)), rounded(keys["intensity"] + half))},
+        closed_fraction=rounded(closed),
+        ci95_closed=interval,
+        advice=advice("gusting_wind", ()),
+    )
+
+
+def _pair(interval: tuple[float, float]) -> tuple[float, float]:
+    return rounded(interval[0]), rounded(interval[1])
+
+
+def rounded(value: float) -> float:
+    """Five digits: what is beyond them depends on the machine."""
+    return float(f"{value:.5g}")

@@ -1,0 +1,231 @@
+"""Fitting formulas to logs, and judging them on time that they were not fitted on.
+
+The residuals of all channels are weighed by their noise, and fitted by Gauss-Newton. The judgement is a
+cross-validation over stretches of time: with the model linearised at the fit, a fit without a stretch is a small linear
+system.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from depthsim.flight.table import Floats
+from depthsim.gap.flight.data.evidence import Problem, Values
+from depthsim.gap.flight.data.simulate import Settings
+from depthsim.gap.flight.fit.candidate import Formula
+
+_TILT = 0.005
+"""[rad] how well the attitude in a log is known to be the body's: 0.3 degrees."""
+_ROUNDS = 4
+_SHORTER = 0.3
+_SETTLED = 1e-5
+"""Of the loss: a step that promises less is not taken."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Formulas fitted together.
+
+    values: of each formula. residual: (n, C, A) at the fit. tilts: of the attitudes. columns: (n, C, A, P), the tilts
+    first. squares: (blocks, C, A) squared residuals of each block when it was held out.
+    """
+
+    problem: Problem
+    formulas: tuple[Formula, ...]
+    values: Values
+    tilts: Floats
+    residual: Floats
+    columns: Floats
+
+    @property
+    def settings(self) -> Settings:
+        """The model with these formulas."""
+        return self.problem.settings(self.formulas, self.values)
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """The names of what is fitted."""
+        return tuple(formula.effect for formula in self.formulas)
+
+    @cached_property
+    def sums(self) -> tuple[Floats, Floats, Floats]:
+        """Block sums: (B, C, A, P, P), (B, C, A, P), (B, C, A)."""
+        starts = [*self.problem.starts.tolist(), len(self.residual)]
+        x = np.ascontiguousarray(np.moveaxis(self.columns, 0, 2))
+        r = np.ascontiguousarray(np.moveaxis(self.residual, 0, 2))
+        xx, xr, rr = [], [], []
+        for low, high in pairwise(starts):
+            part, rest = x[:, :, low:high], r[:, :, low:high]
+            xx.append(np.swapaxes(part, -1, -2) @ part)
+            xr.append((np.swapaxes(part, -1, -2) @ rest[..., None])[..., 0])
+            rr.append((rest**2).sum(axis=-1))
+        return np.stack(xx), np.stack(xr), np.stack(rr)
+
+    @cached_property
+    def normal(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Weighed normal equations by block (B, P, P), (B, P), and the tilts' prior (P,) with its pull (P,)."""
+        xx, xr, _ = self.sums
+        w = self.problem.weights
+        matrix, vector = np.einsum("bcapq,ca->bpq", xx, w), np.einsum("bcap,ca->bp", xr, w)
+        prior, pull = np.zeros(vector.shape[1]), np.zeros(vector.shape[1])
+        count = len(self.tilts)
+        prior[:count] = 1 / _TILT**2
+        pull[:count] = -self.tilts / _TILT**2
+        return matrix, vector, prior, pull
+
+    @cached_property
+    def steps(self) -> Floats:
+        """(folds, P) how the parameters change when a fold is left out."""
+        matrix, vector, prior, pull = self.normal
+        folds = self.problem.folds
+        out = np.zeros((folds.max() + 1, len(prior)))
+        for fold in range(len(out)):
+            kept = folds != fold
+            out[fold] = _solve(matrix[kept].sum(axis=0) + np.diag(prior), vector[kept].sum(axis=0) + pull)
+        return out
+
+    @cached_property
+    def squares(self) -> Floats:
+        """(B, C, A) squared residuals of each block, held out."""
+        xx, xr, rr = self.sums
+        step = self.steps[self.problem.folds]
+        cross = np.einsum("bcap,bp->bca", xr, step)
+        return np.asarray(np.maximum(rr - 2 * cross + np.einsum("bp,bcapq,bq->bca", step, xx, step), 0.0))
+
+    @cached_property
+    def held_out(self) -> Floats:
+        """(n, C, A) residual of each sample when its block was held out."""
+        step = self.steps[self.problem.folds[self.problem.blocks]]
+        return np.asarray(self.residual - np.einsum("ncap,np->nca", self.columns, step))
+
+    @cached_property
+    def loss(self) -> Floats:
+        """(B,) weighed, with the tilts' improbability shared out over the blocks."""
+        loss = np.einsum("bca,ca->b", self.squares, self.problem.weights)
+        return np.asarray(loss + (self.tilts**2).sum() / _TILT**2 / len(loss))
+
+    @cached_property
+    def errors(self) -> list[Floats]:
+        """Standard errors of each formula's values, from the scatter between blocks."""
+        matrix, vector, prior, _ = self.normal
+        total = matrix.sum(axis=0) + np.diag(prior)
+        inverse = np.linalg.pinv(total, rcond=1e-12, hermitian=True)
+        scatter = np.cov(vector.T, bias=True) * len(vector) if vector.shape[1] else np.zeros((0, 0))
+        free = max(len(vector) - vector.shape[1], 1)
+        covariance = inverse @ np.atleast_2d(scatter) @ inverse * len(vector) / free
+        errors = np.sqrt(np.maximum(np.diagonal(covariance), 0))
+        found, at = [], len(self.tilts)
+        for numbers in self.values:
+            found.append(errors[at : at + len(numbers)])
+            at += len(numbers)
+        return found
+
+    def rms(self, squares: Floats | None = None, weights: Floats | None = None) -> float:
+        """The gap: RMS of the first channel over all axes [m/s²], held out. weights: (B,) of the blocks."""
+        first = (self.squares if squares is None else squares)[:, 0].sum(axis=-1)
+        counts = self.problem.counts * self.residual.shape[2]
+        if weights is None:
+            return float(np.sqrt(first.sum() / counts.sum()))
+        return float(np.sqrt((weights @ first) / (weights @ counts)))
+
+
+def empty_fit(problem: Problem) -> Fit:
+    """No formula at all, only the tilts."""
+    return _iterate(problem, (), (), np.zeros(problem.tilts.shape[-1]), None)
+
+
+def extended(fit: Fit, formula: Formula) -> Fit:
+    """A fit with one formula more; the columns of the others are taken over from before."""
+    return _iterate(fit.problem, (*fit.formulas, formula), (*fit.values, tuple(formula.starts)), fit.tilts, fit.columns)
+
+
+def refitted(problem: Problem, formulas: Sequence[Formula], values: Values | None = None) -> Fit:
+    """Formulas fitted together from the start."""
+    starts = values if values is not None else tuple(tuple(formula.starts) for formula in formulas)
+    return _iterate(problem, tuple(formulas), starts, np.zeros(problem.tilts.shape[-1]), None)
+
+
+def _iterate(
+    problem: Problem, formulas: tuple[Formula, ...], values: Values, tilts: Floats, known: Floats | None
+) -> Fit:
+    """Gauss-Newton; a step that makes it worse is taken shorter. known: columns that are kept, of the tilts and of all
+    formulas but the last."""
+    fresh = range(len(formulas)) if known is None else range(len(formulas) - 1, len(formulas))
+    linear = all(formulas[index].linear for index in fresh)
+    best: Fit | None = None
+    least, step, turns = np.inf, np.zeros(0), 0
+    new: list[Floats] = []
+    for _ in range(2 * _ROUNDS):
+        predicted = problem.predict(problem.settings(formulas, values))
+        residual = problem.measured - predicted - problem.tilts @ tilts
+        loss = _whole_loss(problem, residual, tilts)
+        if best is not None and not loss <= least:
+            if linear or np.abs(step).max() == 0:
+                break
+            step = _SHORTER * step
+            values, tilts = _moved(formulas, best.values, step[len(tilts) :]), best.tilts + step[: len(tilts)]
+            continue
+        if not (linear and new):
+            new = [_columns(problem, formulas, values, index, predicted) for index in fresh]
+        columns = np.concatenate([problem.tilts if known is None else known, *new], axis=-1)
+        settled = best is not None and least - loss < max(0.05, _SETTLED * loss)
+        best, least = Fit(problem, formulas, values, tilts, residual, columns), loss
+        turns += 1
+        if not columns.shape[-1] or (linear and turns == 2) or turns == _ROUNDS or (settled and not linear):
+            break
+        matrix, vector, prior, pull = best.normal
+        step = _solve(matrix.sum(axis=0) + np.diag(prior), vector.sum(axis=0) + pull)
+        values, tilts = _moved(formulas, values, step[len(tilts) :]), tilts + step[: len(tilts)]
+    assert best is not None
+    return best
+
+
+def _whole_loss(problem: Problem, residual: Floats, tilts: Floats) -> float:
+    return float(np.einsum("nca,nca,ca->", residual, residual, problem.weights) + (tilts**2).sum() / _TILT**2)
+
+
+def _columns(problem: Problem, formulas: tuple[Formula, ...], values: Values, index: int, predicted: Floats) -> Floats:
+    """(n, C, A, P) of one formula, by finite differences."""
+    formula = formulas[index]
+    found = np.empty((*predicted.shape, len(formula.parameters)))
+    if formula.effect == "imu_bias":
+        return _bias_columns(problem, found)
+    for place, parameter in enumerate(formula.parameters):
+        numbers = list(values[index])
+        numbers[place] += parameter.step
+        other = (*values[:index], tuple(numbers), *values[index + 1 :])
+        found[..., place] = (problem.predict(problem.settings(formulas, other)) - predicted) / parameter.step
+    return found
+
+
+def _bias_columns(problem: Problem, out: Floats) -> Floats:
+    out[:] = 0.0
+    knots = out.shape[-1] // (3 * len(problem.records.files))
+    at = 0
+    for part in problem.records.parts:
+        hats = part.hats(knots)
+        for axis, body in enumerate(problem.records.axes):
+            first = 3 * knots * part.file + body
+            out[at : at + len(part), 0, axis, first : first + 3 * knots : 3] = hats
+        at += len(part)
+    return out
+
+
+def _moved(formulas: tuple[Formula, ...], values: Values, step: Floats) -> Values:
+    found, at = [], 0
+    for formula, numbers in zip(formulas, values, strict=True):
+        moved = np.array(numbers) + step[at : at + len(numbers)]
+        low, high = zip(*((each.low, each.high) for each in formula.parameters), strict=True)
+        found.append(tuple(np.clip(moved, low, high).tolist()))
+        at += len(numbers)
+    return tuple(found)
+
+
+def _solve(matrix: Floats, vector: Floats) -> Floats:
+    """Least squares; what the data do not determine stays as it is."""
+    scale = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
+    inverse = np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-9, hermitian=True)
+    return np.asarray(inverse @ (vector / scale) / scale)

@@ -1,0 +1,280 @@
+"""Which effects the logs speak for: forward choice, exchange, and the effects that would do as well.
+
+An effect is taken in when it makes the held-out residuals smaller than chance does. Then each one that was taken is put
+to the test again: is it needed beside the others, would another do better in its place, and which do as well? Gusts are
+no formula; they stand where a changing wind says more than any formula and more than anything learned that lasts.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from depthsim.flight.table import Floats
+from depthsim.gap.flight.data.axes import axes_of, state_of
+from depthsim.gap.flight.data.evidence import Problem
+from depthsim.gap.flight.fit.candidate import Formula
+from depthsim.gap.flight.fit.candidates import EACH, UNEVEN, logged_shares
+from depthsim.gap.flight.fit.optimize import Fit, empty_fit, extended, refitted
+from depthsim.gap.flight.fit.series import Series, wind_series
+from depthsim.gap.flight.where.correction import learn, learn_time
+from depthsim.gap.resampling import paired
+
+LEAST_GAIN = 22.0
+"""Of the loss, which chance lowers by about 1 for a parameter: beyond this it is no chance, the bank's size counted."""
+_MOST = 6
+_LEAST_T = 2.6
+_LEAST_SHARE = 0.01
+"""Of the gap's power, a tenth of its size; less is not worth a name."""
+_TIE_T = 2.0
+_TIE_GAIN = 5.0
+_TIE_SHARE = 0.003
+"""Of what an effect explains: a difference below this belongs to its formula, not to its name. So it is only where the
+formula leaves as much: one that leaves nothing but noise is the right one."""
+_NOISE_SURE = 0.1
+"""How well the noise's power is known, relative."""
+_UNSURE_GAIN, _UNSURE_SHARE = 30.0, 0.05
+"""Up to here a difference that is not the same in all blocks of time is no difference."""
+_UNSURE_LEFT = 5.0
+"""The same over what the formula leaves."""
+_COMMANDS = 0.25
+"""How far the force may speak of other uneven rotors than the logged thrusts do, over what these differ by."""
+_LASTING, _LASTING_ELSE = {"acceleration": 0.75, "angular_rate": 0.75, "thrust": 0.75}, 0.5
+"""Of what is learned in time: where so much is learned on an axis that lasts, it is no gust. It is more on those where
+the vehicle's answer to a gust shows."""
+_FORMULA = 0.85
+"""Of what gusts close: where a formula closes so much, it is the formula."""
+_AIRY = 0.6
+"""Of what a free force in time closes: a wind closes so much of it, or it is no wind."""
+_LIKE_WIND = ("constant_wind", "imu_bias", "imu_misalignment")
+_TOLD = 9.0
+"""Of the loss: velocities that are noisier say nothing."""
+_GUSTS_SHARE = 0.05
+"""Of what is closed with gusts: formulas alone must leave this much more, or they are what happened."""
+_SCALES = ("thrust_scale", "mass")
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A fit, and for each of its formulas the effects that would do as well in its place.
+
+    start: the fit without any effect, on what was measured. gusts: the wind's series, where it gusts; the fit is then
+    on what was measured less its force. alternatives: for each formula, fits with another one there.
+    """
+
+    start: Fit
+    fit: Fit
+    gusts: Series | None
+    alternatives: tuple[dict[str, Fit], ...]
+
+
+def choose(problem: Problem, bank: Sequence[Formula], gusts: bool = True, told: Progress = lambda _: None) -> Choice:
+    """The effects of the bank that the logs speak for, and gusts if they are asked for.
+
+    A wind that changes can look like anything for a while. So gusts are tried where formulas alone leave something that
+    comes and goes, and taken where the two together leave clearly less.
+    """
+    start = empty_fit(problem)
+    fit, series = _search(start, bank, False, told)
+    if gusts and significant(learn_time(problem, fit.held_out[:, 0], problem.sigma[0])[0].gains):
+        other, found = _search(start, bank, True, told)
+        gain = float(fit.loss.sum() - other.loss.sum())
+        if found is not None and gain > max(LEAST_GAIN, _GUSTS_SHARE * float(start.loss.sum() - other.loss.sum())):
+            fit, series = other, found
+            bank = _windless(bank)
+    told("alternatives")
+    fit, alternatives = _exchanged(fit, bank, start)
+    return Choice(start, fit, series, alternatives)
+
+
+def _search(start: Fit, bank: Sequence[Formula], gusts: bool, told: Progress) -> tuple[Fit, Series | None]:
+    """Forward choice, with gusts as soon as they say more than any formula if they are asked for."""
+    fit, problem = start, start.problem
+    series: Series | None = None
+    while len(fit.formulas) < _MOST:
+        told(f"effect {len(fit.formulas) + 1}")
+        best = _best(_trials(fit, bank))
+        if gusts and series is None:
+            found = _gusts(fit, best)
+            if found is not None:
+                series, still = found
+                bank = _windless(bank)
+                calm = replace(problem, measured=problem.measured - series.predicted)
+                fit = refitted(calm, still.formulas, still.values)
+                continue
+        if best is None or not _worth(fit, best, start):
+            break
+        more = _pruned(refitted(fit.problem, best.formulas, best.values), start)
+        if fit.loss.sum() - more.loss.sum() < LEAST_GAIN:
+            break
+        fit = more
+    return fit, series
+
+
+def _windless(bank: Sequence[Formula]) -> list[Formula]:
+    """Without the constant wind, which is the mean of the gusts."""
+    return [formula for formula in bank if formula.effect != "constant_wind"]
+
+
+def significant(gains: Floats) -> bool:
+    """Whether gains of the held-out loss by block (B,) are more than chance.
+
+    Either most blocks have their part in it, or it is large even without the two blocks that gain most: an effect such
+    as the ground's is there for moments only.
+    """
+    total = float(gains.sum())
+    most = float(np.sort(gains)[-2:].sum())
+    return total > LEAST_GAIN and (paired(gains, 0 * gains).t > _LEAST_T or total - most > 3 * LEAST_GAIN)
+
+
+def _gusts(fit: Fit, best: Fit | None) -> tuple[Series, Fit] | None:
+    """A wind that changes, if that is what the residual of a fit is, and the fit that it stands beside.
+
+    What was taken for a sensor's constant error may have been the mean of the wind: it is left out where that does as
+    well, and must be found again.
+    """
+    problem = fit.problem
+    with_all = wind_series(problem, fit.residual, fit.settings)
+    if with_all is None or not significant(with_all.gains) or not _seen_by_velocities(fit, with_all):
+        return None
+    left = float(with_all.gains.sum())
+    if best is not None and float((fit.loss - best.loss).sum()) > _FORMULA * left:
+        return None
+    residual = fit.residual[:, 0]
+    free, _ = learn_time(problem, residual, problem.sigma[0])
+    if not significant(free.gains):
+        return None
+    state = state_of(problem, fit.settings)
+    lasting = max(
+        learn(problem, residual, axis, state, problem.sigma[0]).gains.sum() / _LASTING.get(axis.name, _LASTING_ELSE)
+        for axis in axes_of(state)
+    )
+    calm = residual - with_all.predicted[:, 0]
+    closed = float((((residual**2) - calm**2) * problem.weights[0]).sum())
+    if lasting > free.gains.sum() or closed < _AIRY * float(free.gains.sum()):
+        return None
+    kept = [pair for pair in zip(fit.formulas, fit.values, strict=True) if pair[0].effect not in _LIKE_WIND]
+    if len(kept) < len(fit.formulas):
+        still = refitted(problem, [formula for formula, _ in kept], tuple(values for _, values in kept))
+        series = wind_series(problem, still.residual, still.settings)
+        if series is not None and still.loss.sum() - series.gains.sum() < fit.loss.sum() - left + LEAST_GAIN:
+            return series, still
+    return with_all, fit
+
+
+def _seen_by_velocities(fit: Fit, series: Series) -> bool:
+    """Whether velocities, where there are two channels, show a wind's force too; a sensor's error they do not."""
+    if fit.residual.shape[1] < 2:
+        return True
+    force, residual, weights = series.predicted[:, 1], fit.residual[:, 1], fit.problem.weights[1]
+    told = float((force**2 * weights).sum())
+    gain = float(((residual**2 - (residual - force) ** 2) * weights).sum())
+    return gain > 0 or told < _TOLD
+
+
+def _trials(fit: Fit, bank: Sequence[Formula]) -> list[Fit]:
+    return [extended(fit, formula) for formula in bank if formula.effect not in fit.effects]
+
+
+def _best(trials: Sequence[Fit]) -> Fit | None:
+    """The one with the least loss; of its effect the first formula that is not worse."""
+    if not trials:
+        return None
+    best = min(trials, key=lambda trial: trial.loss.sum())
+    own = [trial for trial in trials if trial.effects[-1] == best.effects[-1]]
+    return next(trial for trial in own if trial.loss.sum() - best.loss.sum() < _TIE_GAIN)
+
+
+def _clearly(worse: Fit, better: Fit) -> bool:
+    """Whether ``better`` is better by more than chance."""
+    difference = paired(worse.loss, better.loss)
+    return difference.mean * len(worse.loss) > _TIE_GAIN and difference.t > _TIE_T
+
+
+def _worth(before: Fit, after: Fit, start: Fit) -> bool:
+    squares = [fit.squares[:, 0].sum() for fit in (start, before, after)]
+    noise = len(start.residual) * float((start.problem.sigma[0] ** 2).sum())
+    power = max(float(squares[0]) - noise, 0.0)
+    return significant(before.loss - after.loss) and bool(squares[1] - squares[2] > _LEAST_SHARE * power)
+
+
+def _pruned(fit: Fit, start: Fit) -> Fit:
+    """Without the formulas that are no longer needed beside the others."""
+    while len(fit.formulas) > 1:
+        rests = [without(fit, index) for index in range(len(fit.formulas))]
+        weakest = min(rests, key=lambda rest: rest.loss.sum())
+        if _worth(weakest, fit, start):
+            return fit
+        fit = weakest
+    return fit
+
+
+def without(fit: Fit, index: int) -> Fit:
+    """The fit with one formula less."""
+    formulas = (*fit.formulas[:index], *fit.formulas[index + 1 :])
+    return refitted(fit.problem, formulas, (*fit.values[:index], *fit.values[index + 1 :]))
+
+
+def _exchanged(fit: Fit, bank: Sequence[Formula], start: Fit) -> tuple[Fit, tuple[dict[str, Fit], ...]]:
+    """With better effects in place of some, and what does as well for each."""
+    found: list[dict[str, Fit]] = []
+    for _ in range(3):
+        found = []
+        better: Fit | None = None
+        for index in range(len(fit.formulas)):
+            rest = without(fit, index)
+            trials = _by_effect(_trials(rest, bank))
+            own = trials.pop(fit.effects[index], None)
+            for trial in trials.values():
+                if _clearly(fit, trial) and (better is None or trial.loss.sum() < better.loss.sum()):
+                    better = trial
+            alike = {name: trial for name, trial in trials.items() if _alike(trial, own or fit, rest)}
+            uneven = alike.get("rotor_thrust_difference")
+            if uneven is not None and fit.effects[index] in _SCALES and uneven.formulas[-1].name == EACH:
+                del alike["rotor_thrust_difference"]  # any scale of all rotors is one of each
+            if better is None and uneven is not None and _explains_commands(uneven) and fit.effects[index] in _SCALES:
+                better = uneven
+            if better is None and fit.formulas[index].name == EACH:
+                # Rotors are told apart only where their own scales say more than one scale for all.
+                better = next((alike[name] for name in _SCALES if name in alike), None)
+            if _explains_commands(fit, index):
+                alike = {name: trial for name, trial in alike.items() if name not in _SCALES}
+            found.append(alike)
+        if better is None:
+            break
+        fit = _pruned(refitted(fit.problem, better.formulas, better.values), start)
+    return fit, tuple(found)
+
+
+def _explains_commands(fit: Fit, index: int = -1) -> bool:
+    """Whether rotors as uneven as the log's thrusts speak of also explain the force; a common scale does not.
+
+    Rotors that push as the log says, and others that do not, are together between the weakest and the strongest.
+    """
+    formula = fit.formulas[index]
+    shares = logged_shares(fit.problem.records) if formula.name == UNEVEN else None
+    if shares is None:
+        return False
+    margin = _COMMANDS * (max(shares) - min(shares))
+    return min(shares) - margin < fit.values[index][0] < max(shares) + margin
+
+
+def _by_effect(trials: Sequence[Fit]) -> dict[str, Fit]:
+    names = dict.fromkeys(trial.effects[-1] for trial in trials)
+    found = {name: _best([trial for trial in trials if trial.effects[-1] == name]) for name in names}
+    return {name: trial for name, trial in found.items() if trial is not None}
+
+
+def _alike(other: Fit, chosen: Fit, rest: Fit) -> bool:
+    """Whether the held-out data do not tell the other from the chosen."""
+    problem = chosen.problem
+    difference = paired(other.loss, chosen.loss)
+    gain = difference.mean * len(other.loss)
+    whole = float(rest.loss.sum() - chosen.loss.sum())
+    expected = problem.worth * problem.measured.size
+    left = max(float(chosen.loss.sum()) - expected, _NOISE_SURE * expected)
+    if gain < max(_TIE_GAIN, min(_TIE_SHARE * whole, left)):
+        return True
+    return difference.t < _TIE_T and gain < max(_UNSURE_GAIN, min(_UNSURE_SHARE * whole, _UNSURE_LEFT * left))

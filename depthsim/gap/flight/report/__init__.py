@@ -1,0 +1,1 @@
+"""What only the report on flights draws."""

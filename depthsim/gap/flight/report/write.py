@@ -1,0 +1,86 @@
+"""The report of a flight's diagnosis: diagnosis.json, vehicle.yaml and index.html."""
+
+from pathlib import Path
+
+from depthsim.gap.flight.findings import Flown
+from depthsim.gap.flight.report import words
+from depthsim.gap.flight.report.figures import axes_png, time_png
+from depthsim.gap.report.page import Bar, Cell, Page, Tone
+from depthsim.runs.storing import make_folder, write_whole
+
+VEHICLE, PAGE = "vehicle.yaml", "index.html"
+_TONES: dict[str, Tone] = {"no_gap": "good", "explained": "good", "partly_explained": "fair", "unexplained": "bad"}
+
+
+def write_report(folder: Path, flown: Flown) -> None:
+    """Write the three files into ``folder``; each appears whole or not at all."""
+    page = page_of(flown).html().encode()
+    make_folder(folder)
+    write_whole(folder / VEHICLE, flown.vehicle.to_yaml().encode())
+    write_whole(folder / PAGE, page)
+    flown.diagnosis.write(folder)
+
+
+def page_of(flown: Flown) -> Page:
+    """The page for people."""
+    diagnosis, records = flown.diagnosis, flown.problem.records
+    gap = diagnosis.gap
+    names = ", ".join(Path(name).name for name in records.files)
+    seconds = sum(part.seconds for part in records.parts)
+    page = Page(f"Flight diagnosis: {flown.problem.model.vehicle.name}", f"{names}; {seconds:.0f} s in the air")
+    page.callout(words.VERDICTS[diagnosis.verdict], _TONES[diagnosis.verdict])
+    tiles = [(f"{gap.before:.3f} m/s²", "missed before"), (f"{gap.after:.3f} m/s²", "missed after")]
+    tiles += [(f"{gap.floor:.3f} m/s²", "is noise"), (f"{gap.closed_fraction:.0%}", "of the gap closed")]
+    page.tiles(tiles)
+    _causes(page, flown)
+    _where(page, flown)
+    if diagnosis.unexplained is not None:
+        page.section("What is left").text(diagnosis.unexplained.description)
+        rows: list[list[Cell]] = [
+            [cut.axis.replace("_", " "), words.place(cut), Bar(cut.share_of_gap), cut.what, words.learned(cut)]
+            for cut in diagnosis.unexplained.where
+        ]
+        page.table(["axis", "most of it at", "share of the rest", "kind", "what can be learned"], rows)
+    steps = words.next_steps(diagnosis)
+    if steps:
+        page.section("What to do next").items(steps)
+    page.section("How it was measured").text(
+        f"The gap is the {gap.measure}. Its floor is the noise that the residual's spectrum has above the motion. "
+        "Every figure is from stretches of time that no parameter was fitted on; intervals are from resampling blocks "
+        "of time."
+    )
+    page.items(diagnosis.notes)
+    page.text("The vehicle with the causes added is in vehicle.yaml:")
+    page.code("depthsim fly PATH --vehicle vehicle.yaml --out flight")
+    return page
+
+
+def _causes(page: Page, flown: Flown) -> None:
+    if not flown.diagnosis.causes:
+        return
+    page.section("Causes, the one to act on first")
+    rows: list[list[Cell]] = []
+    for cause in flown.diagnosis.causes:
+        low, high = cause.ci95_closed
+        others = ", ".join(cause.indistinguishable_from) or "-"
+        share = Bar(cause.closed_fraction, f"{cause.closed_fraction:.0%} ({low:.0%} to {high:.0%})")
+        title = f"{cause.effect}: {words.TITLES[cause.effect]}"
+        rows.append([title, share, f"{cause.parameters['formula']}: {words.parameters(cause)}", others])
+    page.table(["cause", "closes of the gap", "fitted (95 %)", "cannot be told from"], rows)
+
+
+def _where(page: Page, flown: Flown) -> None:
+    page.section("Where the forces differ")
+    diagnosis = flown.diagnosis
+    if diagnosis.where:
+        rows: list[list[Cell]] = [
+            [cut.axis.replace("_", " "), words.place(cut), Bar(cut.share_of_gap), cut.what, words.learned(cut)]
+            for cut in diagnosis.where
+        ]
+        page.table(["axis", "most of it at", "share of the gap", "kind", "what can be learned"], rows)
+    page.picture(
+        axes_png(flown),
+        "What the model misses along each axis, before and after the causes were added, beside the noise. Each point "
+        "is an eighth of the samples.",
+    )
+    page.picture(time_png(flown), "The same over time along each axis of the body, 4 Hz low-pass, first log.")

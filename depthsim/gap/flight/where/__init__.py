@@ -1,0 +1,1 @@
+"""Where the forces differ, and what no effect explains."""

@@ -1,0 +1,131 @@
+"""Where a gap lies: for each axis the part of it that has most, with its share."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.flight.table import Floats
+from depthsim.gap.diagnosis import Cut, What
+from depthsim.gap.flight.data.axes import AXES, Axis, State
+from depthsim.gap.flight.data.evidence import Problem
+from depthsim.gap.flight.where.correction import Learned
+
+_PARTS = 4
+_MOST = 6
+_LEAST = 0.05
+"""An axis on which less than this can be learned is not where the gap lies."""
+
+
+def cuts(
+    problem: Problem, residual: Floats, state: State, learned: Sequence[Learned], noise: Floats
+) -> tuple[Cut, ...]:
+    """The axes in the order of ``learned``. residual: (n, A) [m/s²]; noise: (A,)."""
+    axes = {axis.name: axis for axis in AXES}
+    found: list[Cut] = []
+    for one in learned:
+        if one.closed < _LEAST or len(found) == _MOST:
+            continue
+        if one.axis == "axis":
+            found.append(_body_axis(problem, residual, noise, one))
+        elif one.axis == "time":
+            parts = _equal(np.arange(len(state.time)))
+            found.append(_most(residual, noise, parts, state.time, "time", "s", one))
+        elif one.axis == "place":
+            found.append(_place(residual, state, noise, one))
+        else:
+            axis = axes[one.axis]
+            value = axis.value(state)
+            found.append(_most(residual, noise, _parts_of(axis, value), value, axis.name, axis.unit, one))
+    return tuple(found)
+
+
+def profile(residual: Floats, state: State, noise: Floats, axis: Axis) -> list[tuple[float, float, float]]:
+    """(low, high, RMS above the noise) of each part of an axis, for a picture."""
+    value = axis.value(state)
+    floor = float((noise**2).sum())
+    found = []
+    for rows in _parts_of(axis, value, 8):
+        power = float((residual[rows] ** 2).sum(axis=1).mean()) - floor
+        found.append((float(value[rows].min()), float(value[rows].max()), float(np.sqrt(max(power, 0.0)))))
+    return found
+
+
+def _parts_of(axis: Axis, value: Floats, parts: int = _PARTS) -> list[NDArray[np.int_]]:
+    if axis.name == "airspeed_direction":
+        edges = np.linspace(-180, 180, parts + 1)
+        found = [np.flatnonzero((value >= a) & (value < b)) for a, b in pairwise(edges)]
+        return [rows for rows in found if rows.size]
+    return _equal(value, parts)
+
+
+def _equal(value: Floats | NDArray[np.int_], parts: int = _PARTS) -> list[NDArray[np.int_]]:
+    return [rows for rows in np.array_split(np.argsort(value, kind="stable"), parts) if rows.size]
+
+
+def _excess(residual: Floats, noise: Floats, rows: NDArray[np.int_]) -> float:
+    return max(float((residual[rows] ** 2).sum() - len(rows) * (noise**2).sum()), 0.0)
+
+
+def _most(
+    residual: Floats, noise: Floats, parts: list[NDArray[np.int_]], value: Floats, name: str, unit: str, one: Learned
+) -> Cut:
+    powers = [_excess(residual, noise, rows) for rows in parts]
+    at = int(np.argmax(powers))
+    share = powers[at] / max(sum(powers), 1e-12)
+    low, high = float(value[parts[at]].min()), float(value[parts[at]].max())
+    text = f"{share:.0%} of the gap at {name.replace('_', ' ')} {low:.3g} to {high:.3g} {unit}; {_learnt(one)}"
+    interval = (float(f"{low:.4g}"), float(f"{high:.4g}"))
+    what = "correlation" if name == "time" else _what(residual, parts[at])
+    return Cut(
+        axis=name,
+        interval=interval,
+        unit=unit,
+        share_of_gap=float(f"{share:.4g}"),
+        what=what,
+        text=" ".join(text.split()),
+    )
+
+
+def _body_axis(problem: Problem, residual: Floats, noise: Floats, one: Learned) -> Cut:
+    powers = np.maximum((residual**2).sum(axis=0) - len(residual) * noise**2, 0.0)
+    at = int(np.argmax(powers))
+    share = float(powers[at] / max(powers.sum(), 1e-12))
+    label = "xyz"[problem.records.axes[at]]
+    text = f"{share:.0%} of the gap along body {label}; a constant force closes {max(one.closed, 0.0):.0%} of its power"
+    every = np.arange(len(residual))
+    return Cut(axis="axis", label=label, share_of_gap=float(f"{share:.4g}"), what=_what(residual, every), text=text)
+
+
+def _place(residual: Floats, state: State, noise: Floats, one: Learned) -> Cut:
+    assert state.place is not None
+    xy = state.place[:, :2]
+    middle = np.median(xy, axis=0)
+    sides = (xy > middle) @ np.array([1, 2])
+    parts = [np.flatnonzero(sides == side) for side in range(4) if (sides == side).any()]
+    powers = [_excess(residual, noise, rows) for rows in parts]
+    at = int(np.argmax(powers))
+    share = powers[at] / max(sum(powers), 1e-12)
+    low, high = xy[parts[at]].min(axis=0), xy[parts[at]].max(axis=0)
+    label = f"x {low[0]:.1f} to {high[0]:.1f}, y {low[1]:.1f} to {high[1]:.1f}"
+    text = f"{share:.0%} of the gap at {label} m; {_learnt(one)}"
+    return Cut(
+        axis="place",
+        label=label,
+        unit="m",
+        share_of_gap=float(f"{share:.4g}"),
+        what=_what(residual, parts[at]),
+        text=text,
+    )
+
+
+def _learnt(one: Learned) -> str:
+    return f"a correction learned on it closes {max(one.closed, 0.0):.0%} of its power"
+
+
+def _what(residual: Floats, rows: NDArray[np.int_]) -> What:
+    """bias where the mean makes up most of the power, spread otherwise."""
+    part = residual[rows]
+    mean = float((part.mean(axis=0) ** 2).sum())
+    return "bias" if mean > 0.5 * float((part**2).mean(axis=0).sum()) else "spread"

@@ -1,0 +1,1 @@
+"""Reports: the folder, the page, figures, text, terminal."""

@@ -1,0 +1,214 @@
+"""A diagnosis in words: the texts that terminal and page share."""
+
+import re
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from depthsim.gap.depth.where.residual import place_in_words
+from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap
+from depthsim.sensor.effect import effect_class, effect_ids
+
+Tone = Literal["good", "fair", "bad"]
+STUB = "new_effect.py"
+SENSOR = "sensor.yaml"
+_LINE = 76
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What was diagnosed, as it is named on the command line. scene, materials: None where the defaults were taken."""
+
+    run: str
+    report: str
+    sensor: str
+    scene: str | None = None
+    materials: str | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """Something to do next; command: the line to give for it."""
+
+    text: str
+    command: str = ""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a cause, with its unit. low, high: its 95 % interval; None where it was held."""
+
+    name: str
+    value: str
+    low: str | None
+    high: str | None
+    unit: str
+    about: str
+
+    @property
+    def text(self) -> str:
+        """``sigma 0.05 px (95 %: 0.04 to 0.06)``."""
+        unit = f" {self.unit}" if self.unit else ""
+        interval = "" if self.low is None else f" (95 %: {self.low} to {self.high})"
+        return f"{self.name} {self.value}{unit}{interval}"
+
+
+def verdict(diagnosis: Diagnosis) -> str:
+    """The answer in one sentence."""
+    gap, names = diagnosis.gap, _listed([cause.effect for cause in diagnosis.causes])
+    match diagnosis.verdict:
+        case "no_gap":
+            return "No gap: recording and simulation differ no more than two runs of one sensor do."
+        case "explained":
+            return (
+                f"Explained: {names} added, {percent(gap.closed_fraction)} of the gap is closed; "
+                "what is left does not stand out."
+            )
+        case "partly_explained":
+            return (
+                f"Partly explained: {names} added, {percent(gap.closed_fraction)} of the gap is closed; "
+                "for the rest no effect was found."
+            )
+    return "Unexplained: there is a gap, and no known effect accounts for it."
+
+
+def tone(diagnosis: Diagnosis) -> Tone:
+    """How good the news is."""
+    tones: dict[str, Tone] = {"no_gap": "good", "explained": "good", "partly_explained": "fair"}
+    return tones.get(diagnosis.verdict, "bad")
+
+
+def gap_lines(gap: Gap, *, causes: bool) -> list[tuple[str, str]]:
+    """The figures of the gap, and what each is. causes: whether anything was added."""
+    lines = [(f"{figure(gap.before)} {gap.unit}", "recording against simulation")]
+    if causes:
+        lines.append((f"{figure(gap.after)} {gap.unit}", "with the causes added"))
+    lines.append((f"{figure(gap.floor)} {gap.unit}", "the floor: two runs of one sensor"))
+    if causes:
+        lines.append((closed_text(gap.closed_fraction, gap.ci95), "closed, on frames that nothing was fitted on"))
+    return lines
+
+
+def closed_text(fraction: float, interval: tuple[float, float]) -> str:
+    """``92 % (95 %: 88 to 96 %)``."""
+    low, high = (f"{100 * x:.0f}" for x in interval)
+    return f"{percent(fraction)} (95 %: {low} to {high} %)"
+
+
+def about(effect: str) -> str:
+    """What an effect does, in a line; empty for an effect that is not in the bank."""
+    if effect not in effect_ids():
+        return ""
+    text = (effect_class(effect).__doc__ or "").strip().split("\n\n")[0]
+    return " ".join(text.replace("``", "").replace("`", "").split()).rstrip(".")
+
+
+def parameters(cause: Cause) -> list[Parameter]:
+    """The parameters of a cause, those that were fitted first; of a table by material only what was fitted."""
+    fields = effect_class(cause.effect).model_fields if cause.effect in effect_ids() else {}
+    found = []
+    for name, value in cause.parameters.items():
+        field = fields.get(name)
+        extra = field.json_schema_extra if field is not None else None
+        unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+        words = (field.description or "") if field is not None else ""
+        parts = value if isinstance(value, Mapping) else {"": value}
+        for tag, number in parts.items():
+            label = f"{name}.{tag}" if tag else name
+            interval = cause.ci95.get(label)
+            if tag and interval is None and cause.ci95:
+                continue
+            low, high = (figure(x) for x in interval) if interval else (None, None)
+            found.append(Parameter(label, figure(number), low, high, "" if unit == "1" else unit, words))
+    return sorted(found, key=lambda parameter: parameter.low is None)
+
+
+def place(cut: Cut) -> str:
+    """Where a cut lies."""
+    return place_in_words(cut)
+
+
+def tie(cause: Cause) -> str:
+    """What else would explain these frames; empty where nothing would."""
+    if not cause.indistinguishable_from:
+        return ""
+    return f"These frames do not tell {cause.effect} from {_listed(cause.indistinguishable_from, 'or')}."
+
+
+def next_steps(diagnosis: Diagnosis, origin: Origin) -> list[Step]:
+    """What to do with the answer, with the very commands."""
+    if diagnosis.verdict == "no_gap":
+        return [Step("Nothing is to be mended. Simulate with this sensor:", generate_command(origin))]
+    steps = []
+    if diagnosis.causes:
+        steps.append(Step("Simulate with the causes added:", generate_command(origin)))
+    steps += [Step(sentence(cause.advice)) for cause in diagnosis.causes if cause.advice]
+    if diagnosis.unexplained is not None and diagnosis.unexplained.where:
+        report = Path(origin.report)
+        steps.append(
+            Step(
+                f"What is left needs an effect that is not in the bank. {report / STUB} is the beginning of one: say "
+                "there what the sensor does, put it into depthsim/sensor/effects/, and diagnose again:",
+                diagnose_command(origin),
+            )
+        )
+    steps.append(Step("See it on the scene:", command("view", origin.report)))
+    return steps
+
+
+def generate_command(origin: Origin) -> str:
+    """The line that simulates the recording with the sensor of the report."""
+    name = Path(origin.run).name or "run"
+    scene = [origin.scene] if origin.scene is not None else []
+    sensor = str(Path(origin.report) / SENSOR)
+    materials = ["--materials", origin.materials] if origin.materials else []
+    return command(
+        "generate", *scene, "--like", origin.run, "--sensor", sensor, *materials, "--out", f"{name}_simulated"
+    )
+
+
+def diagnose_command(origin: Origin) -> str:
+    """The line that makes the diagnosis again, with what was found as the sensor."""
+    scene = ["--scene", origin.scene] if origin.scene is not None else []
+    sensor = ["--sensor", str(Path(origin.report) / SENSOR)]
+    materials = ["--materials", origin.materials] if origin.materials else []
+    return command("diagnose", origin.run, *scene, *sensor, *materials, "--out", f"{origin.report}_2")
+
+
+def percent(share: float) -> str:
+    """``92 %``; with a decimal below 10 %."""
+    return f"{100 * share:.1f} %" if 0 < abs(share) < 0.0995 else f"{100 * share:.0f} %"
+
+
+def figure(value: object) -> str:
+    """A number with three figures; anything else as it is."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return str(value)
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def sentence(text: str) -> str:
+    """With a capital and a full stop; nothing stays nothing."""
+    return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
+
+
+def comment(text: str) -> str:
+    """Text as comment lines of YAML or Python, whatever it holds."""
+    lines, line = [], "#"
+    for word in re.split(r"\s+", text.strip()):
+        if len(line) + len(word) > _LINE and line != "#":
+            lines.append(line)
+            line = "#"
+        line = f"{line} {word}"
+    return "\n".join([*lines, line]) + "\n"
+
+
+def command(*words: str) -> str:
+    """A command line of depthsim."""
+    return shlex.join(["depthsim", *words])
+
+
+def _listed(names: "list[str] | tuple[str, ...]", last: str = "and") -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}" if names else "nothing"
