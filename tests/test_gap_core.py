@@ -11,11 +11,11 @@ from shapes import as_scene, box, quad
 from depthsim.camera import Camera
 from depthsim.gap.depth.data import counting
 from depthsim.gap.depth.data import histograms as fingerprint
+from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.covariates import covariates
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.frames import choose_frames
 from depthsim.gap.depth.data.quantization import _steps_of
-from depthsim.gap.depth.data.views import View
 from depthsim.gap.depth.fit.candidates import Setting, hypotheses
 from depthsim.gap.depth.fit.validate import jackknife
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
@@ -132,7 +132,7 @@ def test_a_bias_moves_the_bins_and_its_sign_is_kept() -> None:
 
 
 def _ruler(cells: int = 3) -> Ruler:
-    return Ruler.of([View("range", fingerprint.ERROR, cells, lambda *_: np.zeros(1, int))])
+    return Ruler.of([Axis("range", fingerprint.ERROR, cells, lambda *_: np.zeros(1, int), str)])
 
 
 @settings(max_examples=50, deadline=None)

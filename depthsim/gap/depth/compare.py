@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.errors import InputError
-from depthsim.gap.depth.data.axes import interval_of, label_of
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Evidence, open_run
 from depthsim.gap.depth.data.histograms import ACROSS, BINS, ERROR, PHASE
@@ -72,7 +71,7 @@ def compare_runs(
     if a.size != b.size:
         raise InputError(runs[1].path, "", "has stamps that do not advance", "give runs of 2 or more different stamps")
     say("comparing")
-    ruler = Ruler.of(a.views)
+    ruler = Ruler.of(a.axes)
     counts_a, counts_b, overlap = _weighted(a, b)
     gap = _apart(ruler, counts_a, counts_b)
     splits = _splits(counts_a, counts_b)
@@ -104,8 +103,8 @@ def _scene(runs: tuple[Run, Run], scene: str | Path | Scene | None, materials: M
 
 def _weighted(a: Evidence, b: Evidence) -> tuple[Floats, Floats, float]:
     """The counts of both as if they had seen the same ranges of the same materials, and how much both have seen."""
-    number = next(n for n, view in enumerate(a.views) if view.axis == "range x material" and view.kind == ERROR)
-    bins, size, begin = int(BINS[ERROR]), a.views[number].size, int(a.offsets[number])
+    number = next(n for n, view in enumerate(a.axes) if view.name == "range x material" and view.kind == ERROR)
+    bins, size, begin = int(BINS[ERROR]), a.axes[number].size, int(a.offsets[number])
     shares = []
     for one in (a, b):
         counts = one.real_counts(range(len(one.blocks))).sum(axis=0)[begin : begin + size * bins]
@@ -158,7 +157,7 @@ def _where(
     excess = np.maximum(ruler.divergence(x, y) - chance, 0)
     totals = (ruler.totals(x) + ruler.totals(y)) / 2
     found: list[tuple[float, Cut]] = []
-    for number, view in enumerate(a.views):
+    for number, view in enumerate(a.axes):
         if view.kind >= PHASE or view.kind == ACROSS or not (view.single or view.kind != ERROR):
             continue
         inside = ruler.view_of_cell == number
@@ -169,11 +168,11 @@ def _where(
             continue
         cells = _part(bits / bits.sum(), ordered=bool(view.unit))
         difference = compare(a, number, cells, y, x)
-        interval = interval_of(a, view, cells)
+        interval = view.interval(cells)
         cut = Cut(
-            axis=view.axis,
+            axis=view.name,
             interval=interval,
-            label=None if interval else label_of(a, view, cells),
+            label=None if interval else view.label(cells),
             unit=view.unit if interval else "",
             share_of_gap=float(bits[cells].sum() / bits.sum()),
             what=difference.what,

@@ -1,101 +1,185 @@
-"""What the cells of a view mean, in the units of its axis."""
+"""All axes of a run: range, incidence, material, image, scene, edges, time, motion, neighbours.
+
+Each function makes one axis, with its cells and what they are called side by side.
+"""
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.gap.depth.data.covariates import EDGE_CODES, EDGE_DISTANCES
-from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.views import ANGLES, View
+from depthsim.camera import Camera
+from depthsim.gap.depth.data.axis import Axis, Cells
+from depthsim.gap.depth.data.covariates import EDGE_CODES, EDGE_DISTANCES, Covariates
+from depthsim.gap.depth.data.cuts import Cuts
+from depthsim.gap.depth.data.histograms import ACROSS, BEFORE, ERROR, FAR_LEFT, FAR_UP, LEFT, PHASE, STEPS, UP
 
-Interval = tuple[float, float]
-
-
-def interval_of(evidence: Evidence, view: View, cells: NDArray[np.int64]) -> Interval | None:
-    """The part of the axis that the cells cover, or None where it has no order."""
-    edges = edges_of(evidence, view)
-    if edges is None or not len(cells):
-        return None
-    return float(edges[cells.min()]), float(edges[cells.max() + 1])
-
-
-def edges_of(evidence: Evidence, view: View) -> NDArray[np.float64] | None:
-    """(cells + 1,) where the cells of a view begin and end, or None where they have no order."""
-    cuts, camera = evidence.cuts, evidence.camera
-    if not view.single:
-        return None
-    depth = evidence.depths
-    match view.axis:
-        case "range":
-            last = float(depth.max())
-            return np.concatenate([[float(depth.min())], cuts.range, [last, last]])
-        case "incidence":
-            return np.concatenate([[0], np.degrees(np.arccos(ANGLES))[::-1], [90]])
-        case "image_row":
-            return np.linspace(0, camera.height, view.size + 1)
-        case "image_column":
-            return np.linspace(0, camera.width, view.size + 1)
-        case "image_radius":
-            return np.linspace(0, 1, view.size + 1)
-        case "disparity_phase":
-            return np.linspace(0, 1, view.size + 1)
-        case "time":
-            stamps = [still.stamp for still in evidence.stills.values()]
-            return np.concatenate([[min(stamps)], cuts.times, [max(stamps)]])
-        case "height":
-            return np.concatenate([[evidence.heights[0]], cuts.height, [evidence.heights[1]]])
-        case "motion":
-            return np.concatenate([[0], cuts.flow, [max(float(evidence.fastest), float(cuts.flow[-1:].sum()))]])
-    return None
+ANGLES = np.cos(np.radians([15, 25, 35, 45, 52, 58, 64, 69, 74, 79, 84]))[::-1].astype(np.float32)
+_FEW_ANGLES = np.cos(np.radians([8, 16, 25, 38, 50, 60, 70, 78]))[::-1].astype(np.float32)
+_ROWS, _COLUMNS = 12, 16
+_PHASES, _RADII = 16, 10
+_SIGNED = np.array([-4, -1.5, -0.5, -0.12, 0.12, 0.5, 1.5, 4], np.float32)
+_SLOPES = np.array([-2, -0.6, -0.15, 0.15, 0.6, 2], np.float32)
+Numbers = NDArray[np.integer]
 
 
-def label_of(evidence: Evidence, view: View, cells: NDArray[np.int64]) -> str:
-    """The cells in words."""
-    cuts, camera = evidence.cuts, evidence.camera
-    tags = {int(cuts.shown_tags[t]): name for t, name in enumerate(evidence.scene.tags) if cuts.shown_tags[t] >= 0}
-    match view.axis:
-        case "material":
-            return ", ".join(tags.get(int(c), "other") for c in cells)
-        case "range x material":
-            ranges = len(cuts.range12) + 1
-            names = dict.fromkeys(tags.get(int(c) // ranges, "other") for c in cells)
-            which = np.unique(cells % ranges)
-            edges = np.concatenate([[evidence.depths.min()], cuts.range12, [evidence.depths.max()]])
-            return f"{', '.join(names)} at {edges[which.min()]:.2f} to {edges[which.max() + 1]:.2f} m"
-        case "incidence x material":
-            return "material " + ", ".join(dict.fromkeys(tags.get(int(c) // 9, "other") for c in cells))
-        case "image_position" if view.size == 192:
-            rows, columns = cells // 16, cells % 16
-            height, width = camera.height / 12, camera.width / 16
-            return (
-                f"rows {rows.min() * height:.0f} to {(rows.max() + 1) * height:.0f}, "
-                f"columns {columns.min() * width:.0f} to {(columns.max() + 1) * width:.0f}"
-            )
-        case "edge_distance":
-            return ", ".join(dict.fromkeys(_edge(int(c)) for c in cells))
-        case "surface" if view.single:
-            return "; ".join(evidence.region_name(int(c)) for c in cells)
-        case "surface":
-            return "surfaces that face " + ", ".join(dict.fromkeys(_facing(int(c)) for c in cells))
-        case "incidence x image_position":
-            return "surfaces that slope " + ", ".join(dict.fromkeys(_slope(int(c)) for c in cells))
-        case "time x range":
-            return _time_and_range(evidence, cells)
-        case "image_radius":
-            return "surfaces that slope away from the image's middle or towards it"
-        case "image_position":
-            return "where a turn of the picture moves the depth"
-        case "image_column":
-            return "near the left border, by columns less disparity"
-        case "motion":
-            return "where the motion changes the depth"
-        case "pixel_neighbours":
-            return "neighbouring pixels"
-        case "frame_neighbours":
-            return "the same pixel in successive frames"
-    return view.axis.replace("_", " ")
+def make_axes(k: Cuts) -> list[Axis]:
+    """All axes of a run, in the order in which they are counted."""
+    return [
+        _range(k),
+        _material(k),
+        _range_by_material(k),
+        _incidence(k),
+        _incidence_by_material(k),
+        _image("image_row", 16, lambda c: _rows(c) * 16 // k.camera.height, k.camera.height),
+        _image("image_column", 32, lambda c: _columns(c) * 32 // k.camera.width, k.camera.width),
+        _image_radius(k),
+        _image_position(k),
+        _edge_distance(ERROR, single=True),
+        _edge_distance(ACROSS, single=False),
+        _disparity_phase(k),
+        _time(k),
+        _time_by_range(k),
+        _height(k),
+        _surface(k),
+        _facing(k),
+        _motion(k),
+        _drift(k),
+        _slope(k),
+        _radial(k),
+        _roll(k),
+        _left_band(k),
+        *_neighbours(k),
+        *(_steps(k, PHASE + number, step) for number, step in enumerate(STEPS)),
+    ]
 
 
-def _edge(cell: int) -> str:
+def _cut(values: NDArray[np.floating], edges: NDArray[np.floating]) -> NDArray[np.int16]:
+    return np.searchsorted(edges, values).astype(np.int16)
+
+
+def _hit(c: Covariates, cell: Numbers) -> Numbers:
+    return np.where(c.depth > 0, cell, -1)
+
+
+def _columns(c: Covariates) -> Numbers:
+    return np.broadcast_to(np.arange(c.depth.shape[1]), c.depth.shape)
+
+
+def _rows(c: Covariates) -> Numbers:
+    return np.broadcast_to(np.arange(c.depth.shape[0])[:, None], c.depth.shape)
+
+
+def _plain(text: str) -> Callable[[NDArray[np.int64]], str]:
+    return lambda _: text
+
+
+def _ordered(name: str, size: int, cells: Cells, edges: NDArray[np.floating], unit: str) -> Axis:
+    """An axis that its intervals say all of."""
+    return Axis(name, ERROR, size, cells, _plain(name.replace("_", " ")), unit, edges=edges)
+
+
+def _range(k: Cuts) -> Axis:
+    """The last cell is that of the pixels without a surface."""
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        return np.where(c.depth > 0, _cut(c.depth, k.range), len(k.range) + 1)
+
+    first, last = k.depths
+    return _ordered("range", len(k.range) + 2, cells, np.concatenate([[first], k.range, [last, last]]), "m")
+
+
+def _material(k: Cuts) -> Axis:
+    def label(cells: NDArray[np.int64]) -> str:
+        return ", ".join(k.tag_name(int(c)) for c in cells)
+
+    size = k.tag_cells
+    bars = np.arange(size), tuple(k.tag_name(cell) for cell in range(size))
+    return Axis("material", ERROR, size, lambda c, _: k.shown_tags[c.tag], label, bars=bars)
+
+
+def _range_by_material(k: Cuts) -> Axis:
+    ranges = len(k.range12) + 1
+    edges = np.concatenate([[k.depths[0]], k.range12, [k.depths[1]]])
+
+    def label(cells: NDArray[np.int64]) -> str:
+        names = dict.fromkeys(k.tag_name(int(c) // ranges) for c in cells)
+        which = np.unique(cells % ranges)
+        return f"{', '.join(names)} at {edges[which.min()]:.2f} to {edges[which.max() + 1]:.2f} m"
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        return _hit(c, k.shown_tags[c.tag] * ranges + _cut(c.depth, k.range12))
+
+    return Axis("range x material", ERROR, k.tag_cells * ranges, cells, label, single=False)
+
+
+def _incidence(k: Cuts) -> Axis:
+    edges = np.concatenate([[0], np.degrees(np.arccos(ANGLES))[::-1], [90]])
+    size = len(ANGLES) + 1
+    return _ordered("incidence", size, lambda c, _: _hit(c, len(ANGLES) - _cut(c.cosine, ANGLES)), edges, "deg")
+
+
+def _incidence_by_material(k: Cuts) -> Axis:
+    angles = len(_FEW_ANGLES) + 1
+
+    def label(cells: NDArray[np.int64]) -> str:
+        return "material " + ", ".join(dict.fromkeys(k.tag_name(int(c) // angles) for c in cells))
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        return _hit(c, k.shown_tags[c.tag] * angles + len(_FEW_ANGLES) - _cut(c.cosine, _FEW_ANGLES))
+
+    return Axis("incidence x material", ERROR, k.tag_cells * angles, cells, label, single=False)
+
+
+def _image(name: str, size: int, cells: Callable[[Covariates], Numbers], pixels: int) -> Axis:
+    return _ordered(name, size, lambda c, _: cells(c), np.linspace(0, pixels, size + 1), "px")
+
+
+def radius(camera: Camera) -> NDArray[np.float32]:
+    """(height, width): distance from the principal point, 1 at the farthest corner."""
+    r = np.hypot(*camera.rays)
+    return (r / r.max()).astype(np.float32)
+
+
+def _image_radius(k: Cuts) -> Axis:
+    def cells(c: Covariates, _: int) -> Numbers:
+        return np.minimum((radius(k.camera) * _RADII).astype(np.int16), _RADII - 1)
+
+    return _ordered("image_radius", _RADII, cells, np.linspace(0, 1, _RADII + 1), "1")
+
+
+def _image_position(k: Cuts) -> Axis:
+    height, width = k.camera.height / _ROWS, k.camera.width / _COLUMNS
+
+    def label(cells: NDArray[np.int64]) -> str:
+        rows, columns = cells // _COLUMNS, cells % _COLUMNS
+        return (
+            f"rows {rows.min() * height:.0f} to {(rows.max() + 1) * height:.0f}, "
+            f"columns {columns.min() * width:.0f} to {(columns.max() + 1) * width:.0f}"
+        )
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        return (_rows(c) * _ROWS // k.camera.height) * _COLUMNS + _columns(c) * _COLUMNS // k.camera.width
+
+    return Axis("image_position", ERROR, _ROWS * _COLUMNS, cells, label)
+
+
+def _edge_distance(kind: int, *, single: bool) -> Axis:
+    """Cells by side, direction and distance of the nearest depth edge; the second half is hidden from the right."""
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        near = (c.edge > 0) | c.hidden
+        return np.where(near, c.edge.astype(np.int16) + EDGE_CODES * c.hidden, -1)
+
+    def label(cells: NDArray[np.int64]) -> str:
+        return ", ".join(dict.fromkeys(_edge_name(int(c)) for c in cells))
+
+    size = 2 * EDGE_CODES
+    title = "from a depth edge [px]: - background, + foreground"
+    return Axis("edge_distance", kind, size, cells, label, "px", single, bars=_edge_bars(size), drawn_as=title)
+
+
+def _edge_name(cell: int) -> str:
     hidden, code = divmod(cell, EDGE_CODES)
     if code == 0:
         return "hidden from the right imager"
@@ -107,30 +191,182 @@ def _edge(cell: int) -> str:
     return f"{pixels} px {side} an edge {where}" + (", hidden" if hidden else "")
 
 
-def _facing(cell: int) -> str:
-    words = []
-    for axis, value in zip("xyz", (cell // 9, cell // 3 % 3, cell % 3), strict=True):
-        if value != 1:
-            words.append(("-" if value == 0 else "+") + axis)
-    return "".join(words) or "nowhere"
+def _edge_bars(size: int) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+    """Background side from far to near, then foreground side from near to far; what the right imager misses apart."""
+    count = len(EDGE_DISTANCES)
+    group = np.full(size, 2 * count)
+    for code in range(1, EDGE_CODES):
+        distance, background = (code - 1) % count, (code - 1) // count < 4
+        group[code] = count - 1 - distance if background else count + distance
+    begins = [1, *(d + 1 for d in EDGE_DISTANCES[:-1])]
+    spans = [str(a) if a == b else f"{a}-{b}" for a, b in zip(begins, EDGE_DISTANCES, strict=True)]
+    return group, (*(f"-{span}" for span in spans[::-1]), *(f"+{span}" for span in spans), "hidden")
 
 
-def _slope(cell: int) -> str:
-    """Which way the depth grows, of 7 by 7 slopes."""
-    x, y = cell // 7 - 3, cell % 7 - 3
-    words = [("left", "right")[x > 0]] if x else []
-    words += [("upwards", "downwards")[y > 0]] if y else []
-    return " and ".join(words) or "nowhere"
+def _disparity_phase(k: Cuts) -> Axis:
+    def cells(c: Covariates, _: int) -> Numbers:
+        disparity = k.camera.focal_baseline / np.maximum(c.depth, 1e-3)
+        return _hit(c, np.minimum(((disparity - np.floor(disparity)) * _PHASES).astype(np.int16), _PHASES - 1))
+
+    return _ordered("disparity_phase", _PHASES, cells, np.linspace(0, 1, _PHASES + 1), "px")
 
 
-def _time_and_range(evidence: Evidence, cells: NDArray[np.int64]) -> str:
-    cuts = evidence.cuts
-    ranges = len(cuts.range6) + 1
-    stamps = [still.stamp for still in evidence.stills.values()]
-    times = np.concatenate([[min(stamps)], cuts.times, [max(stamps)]])
-    depths = np.concatenate([[evidence.depths.min()], cuts.range6, [evidence.depths.max()]])
-    when, far = cells // ranges, cells % ranges
-    return (
-        f"{times[when.min()]:.2f} to {times[when.max() + 1]:.2f} s at "
-        f"{depths[far.min()]:.2f} to {depths[far.max() + 1]:.2f} m"
-    )
+def _time_edges(k: Cuts) -> NDArray[np.float64]:
+    return np.concatenate([[k.times_seen[0]], k.times, [k.times_seen[1]]])
+
+
+def _time_cell(k: Cuts, c: Covariates, frame: int) -> Numbers:
+    return np.full(c.depth.shape, np.searchsorted(k.times, k.stamps[frame]))
+
+
+def _time(k: Cuts) -> Axis:
+    return _ordered("time", len(k.times) + 1, lambda c, frame: _time_cell(k, c, frame), _time_edges(k), "s")
+
+
+def _time_by_range(k: Cuts) -> Axis:
+    ranges, times = len(k.range6) + 1, _time_edges(k)
+    depths = np.concatenate([[k.depths[0]], k.range6, [k.depths[1]]])
+
+    def label(cells: NDArray[np.int64]) -> str:
+        when, far = cells // ranges, cells % ranges
+        return (
+            f"{times[when.min()]:.2f} to {times[when.max() + 1]:.2f} s at "
+            f"{depths[far.min()]:.2f} to {depths[far.max() + 1]:.2f} m"
+        )
+
+    def cells(c: Covariates, frame: int) -> Numbers:
+        return _hit(c, _time_cell(k, c, frame) * ranges + _cut(c.depth, k.range6))
+
+    return Axis("time x range", ERROR, (len(k.times) + 1) * ranges, cells, label, single=False)
+
+
+def _height(k: Cuts) -> Axis:
+    edges = np.concatenate([[k.heights[0]], k.height, [k.heights[1]]])
+    return _ordered("height", len(k.height) + 1, lambda c, _: _hit(c, _cut(c.height, k.height)), edges, "m")
+
+
+def _surface(k: Cuts) -> Axis:
+    def label(cells: NDArray[np.int64]) -> str:
+        return "; ".join(k.region_name(int(c)) for c in cells)
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        return _hit(c, k.region_of_face[np.maximum(c.face, 0)])
+
+    return Axis("surface", ERROR, int(k.region_of_face.max()) + 1, cells, label)
+
+
+def _facing(k: Cuts) -> Axis:
+    """The surface by the way it faces in the world, three ways along each of x, y and z."""
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        facing = c.normal * np.where(c.toward, 1, -1)
+        x, y, z = (np.searchsorted([-0.38, 0.38], axis) for axis in facing)
+        return _hit(c, x * 9 + y * 3 + z)
+
+    def name(cell: int) -> str:
+        ways = zip("xyz", (cell // 9, cell // 3 % 3, cell % 3), strict=True)
+        return "".join(("-" if value == 0 else "+") + axis for axis, value in ways if value != 1) or "nowhere"
+
+    def label(cells: NDArray[np.int64]) -> str:
+        return "surfaces that face " + ", ".join(dict.fromkeys(name(int(c)) for c in cells))
+
+    return Axis("surface", ERROR, 27, cells, label, single=False)
+
+
+def _motion(k: Cuts) -> Axis:
+    edges = np.concatenate([[0], k.flow, [max(k.fastest, float(k.flow[-1:].sum()))]])
+    size = len(k.flow) + 1
+    return _ordered("motion", size, lambda c, _: _hit(c, _cut(c.flow, k.flow)), edges, "rad/s")
+
+
+def _drift(k: Cuts) -> Axis:
+    """Where the depth would go in 10 ms, in spreads, and the third of the picture."""
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        moves = c.drift * np.float32(0.01) * k.per_spread(c.depth, c.tag)
+        return _hit(c, (_rows(c) * 3 // k.camera.height) * 9 + _cut(moves, _SIGNED))
+
+    return Axis("motion", ERROR, 27, cells, _plain("where the motion changes the depth"), single=False)
+
+
+def _slope(k: Cuts) -> Axis:
+    """Where the depth would go for half a pixel in x and in y, in spreads."""
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        per = k.per_spread(c.depth, c.tag) * np.float32(0.5)
+        x, y = (_cut(s * per / np.float32(f), _SLOPES) for s, f in ((c.slope_x, k.camera.fx), (c.slope_y, k.camera.fy)))
+        return _hit(c, x * 7 + y)
+
+    def name(cell: int) -> str:
+        x, y = cell // 7 - 3, cell % 7 - 3
+        words = [("left", "right")[x > 0]] if x else []
+        words += [("upwards", "downwards")[y > 0]] if y else []
+        return " and ".join(words) or "nowhere"
+
+    def label(cells: NDArray[np.int64]) -> str:
+        return "surfaces that slope " + ", ".join(dict.fromkeys(name(int(c)) for c in cells))
+
+    return Axis("incidence x image_position", ERROR, 49, cells, label, single=False)
+
+
+def _radial(k: Cuts) -> Axis:
+    """Where the depth would go if the ray went outwards, by the third of the image radius."""
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        x, y = k.camera.rays
+        r = np.maximum(np.hypot(x, y), 1e-6)
+        out = (x * c.slope_x + y * c.slope_y) / r * k.per_spread(c.depth, c.tag) / np.float32(2 * k.camera.fx)
+        return _hit(c, np.minimum((radius(k.camera) * 3).astype(np.int16), 2) * 9 + _cut(out, _SIGNED))
+
+    text = "surfaces that slope away from the image's middle or towards it"
+    return Axis("image_radius", ERROR, 27, cells, _plain(text), single=False)
+
+
+def _roll(k: Cuts) -> Axis:
+    """Where the depth would go if the picture turned by half a degree."""
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        x, y = k.camera.rays
+        turned = (x * c.slope_y - y * c.slope_x) * np.float32(np.radians(0.5)) * k.per_spread(c.depth, c.tag)
+        return _hit(c, _cut(turned, _SIGNED))
+
+    return Axis("image_position", ERROR, 9, cells, _plain("where a turn of the picture moves the depth"), single=False)
+
+
+def _left_band(k: Cuts) -> Axis:
+    """Columns from the left border, less the disparity."""
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        beyond = _columns(c) - k.camera.focal_baseline / np.maximum(c.depth, 1e-3)
+        return np.where((beyond < 40) & (c.depth > 0), np.clip(beyond / 2 + 4, 0, 23).astype(np.int16), -1)
+
+    text = "near the left border, by columns less disparity"
+    return Axis("image_column", ERROR, 24, cells, _plain(text), single=False)
+
+
+def _neighbours(k: Cuts) -> list[Axis]:
+    """How errors go together, near pixels with those beside an edge apart, farther ones and frames by range."""
+    few = len(k.range6) + 1
+
+    def beside(c: Covariates, _: int) -> Numbers:
+        return _hit(c, _cut(c.depth, k.range6) * 2 + (c.edge > 0))
+
+    def ranges(c: Covariates, _: int) -> Numbers:
+        return _hit(c, _cut(c.depth, k.range6))
+
+    near, frames = _plain("neighbouring pixels"), _plain("the same pixel in successive frames")
+    return [
+        *(Axis("pixel_neighbours", kind, 2 * few, beside, near) for kind in (LEFT, UP)),
+        *(Axis("pixel_neighbours", kind, few, ranges, near) for kind in (FAR_LEFT, FAR_UP)),
+        Axis("frame_neighbours", BEFORE, few, ranges, frames),
+    ]
+
+
+def _steps(k: Cuts, kind: int, step: float) -> Axis:
+    """Only where the step is wider than the unit of the depth, which would hide it."""
+
+    def cells(c: Covariates, _: int) -> Numbers:
+        seen = c.depth * c.depth * np.float32(step / k.camera.focal_baseline) > 2.5 * k.camera.depth_scale
+        return np.where(seen & (c.depth > 0), 0, -1)
+
+    return Axis("disparity_phase", kind, 1, cells, _plain("disparity phase"), single=False)

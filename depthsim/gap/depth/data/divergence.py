@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.histograms import BINS
-from depthsim.gap.depth.data.views import View
 
 Floats = NDArray[np.float64]
 Counted = NDArray[np.integer] | NDArray[np.float64]
@@ -26,7 +26,7 @@ class Ruler:
     views: int
 
     @classmethod
-    def of(cls, views: list[View]) -> "Ruler":
+    def of(cls, views: list[Axis]) -> "Ruler":
         """The ruler of these views."""
         bins = np.concatenate([np.full(view.size, BINS[view.kind]) for view in views])
         starts = np.concatenate([[0], np.cumsum(bins)[:-1]])

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,12 +13,14 @@ from numpy.typing import NDArray
 from depthsim.errors import InputError
 from depthsim.gap.depth.data import counting
 from depthsim.gap.depth.data import histograms as fingerprint
+from depthsim.gap.depth.data.axes import make_axes
+from depthsim.gap.depth.data.axis import Axis, frame_cells, layout
 from depthsim.gap.depth.data.covariates import Covariates, covariates
+from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.frames import Still, choose_frames
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.regions import region_name, split_scene
 from depthsim.gap.depth.data.simulate import FITTING, Replay, acting
-from depthsim.gap.depth.data.views import Cuts, View, frame_cells, layout, make_cuts, make_views
 from depthsim.materials import Materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster, Geometry
@@ -122,10 +125,6 @@ class Evidence:
         """(size,) counts of pictures, corrected along one view; see :func:`counting.count_corrected`."""
         return self._count(block, pictures, correction)
 
-    def region_name(self, region: int) -> str:
-        """A region of the scene in words: what it is made of and where it lies."""
-        return region_name(self.scene, self._region_of_face, region)
-
     def _measure(self, ordered: Sequence[Effect], index: int, seed: int) -> NDArray[np.uint16]:
         return self._replay.measure(ordered, self.stills[index], seed)
 
@@ -185,7 +184,7 @@ class Evidence:
         return list(self._pool.map(work, blocks))
 
     cuts: Cuts
-    views: list[View]
+    axes: list[Axis]
 
     def _look(self, like: "Evidence | None") -> None:
         """Cast every frame, and cut the axes."""
@@ -198,17 +197,17 @@ class Evidence:
 
         looked = dict(zip(frames, self.each(cast, frames), strict=True))
         sample = [looked[i][1] for i in frames[:: max(1, len(frames) // 10)]]
-        self._region_of_face = split_scene(self.scene)
+        region_of_face = split_scene(self.scene)
         self.depths = np.concatenate([c.depth[c.depth > 0][::53] for c in sample] or [np.zeros(1, np.float32)])
         self.depths = self.depths if len(self.depths) else np.ones(1, np.float32)
-        heights = np.concatenate([c.height[c.depth > 0][::53] for c in sample])
-        self.heights = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)
-        self.fastest = max((float(np.quantile(c.flow, 0.999)) for c in sample), default=0.0)
-        cuts = make_cuts(self.camera, self.scene.tags, sample, self.run.stamps, np.array(frames), self._region_of_face)
+        cuts = make_cuts(
+            self.camera, self.scene.tags, sample, self.run.stamps, np.array(frames), region_of_face,
+            partial(region_name, self.scene, region_of_face),
+        )  # fmt: skip
         if like is not None:
             cuts = replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times)
-        self.cuts, self.views = cuts, make_views(cuts)
-        self.kinds, self.offsets, self.size = layout(self.views)
+        self.cuts, self.axes = cuts, make_axes(cuts)
+        self.kinds, self.offsets, self.size = layout(self.axes)
         first_of_block = {int(block[0]) for block in self.blocks}
         for index in frames:
             met, found = looked[index]
@@ -225,7 +224,7 @@ class Evidence:
             still, found = self.stills[index], looked.pop(index)[1]
             still.per_spread = cuts.per_spread(found.depth, found.tag).reshape(-1)
             rows = slice(self._first_row(index), None, self.stride)
-            cells = frame_cells(self.views, cuts, found, index, self.run.mask(index), rows)
+            cells = frame_cells(self.axes, found, index, self.run.mask(index), rows)
             still.places = counting.places(
                 cells, self.kinds, self.offsets, self.size, rows=np.arange(self.camera.height)[rows],
                 across=found.across[rows].reshape(-1), follows=index not in first_of_block,

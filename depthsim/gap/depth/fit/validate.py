@@ -49,7 +49,7 @@ class Judge:
 
     def __init__(self, evidence: Evidence, blocks: Sequence[int]) -> None:
         self.evidence, self.blocks = evidence, list(blocks)
-        self.ruler = Ruler.of(evidence.views)
+        self.ruler = Ruler.of(evidence.axes)
         self.real = evidence.real_counts(self.blocks)
         self._runs: dict[str, list[Counts]] = {}
 

@@ -77,7 +77,7 @@ def _page(compared: Comparison) -> str:
             ["axis and part", "share of the axis' difference", "kind", "what differs"],
             [[words.place(cut), Bar(cut.share_of_gap), cut.what, cut.text] for cut in d.where],
         )
-    ranked = [n for cut in d.where for n, view in enumerate(a.views) if view.axis == cut.axis]
+    ranked = [n for cut in d.where for n, view in enumerate(a.axes) if view.name == cut.axis]
     series: list[Series] = [("A", REAL, compared.counts_a), ("B", FIXED, compared.counts_b)]
     picture = curves_picture(a, best_views(a, ranked, _ROWS), series)
     if picture is not None:

@@ -7,11 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from depthsim.gap.depth.data.axes import edges_of, label_of
-from depthsim.gap.depth.data.covariates import EDGE_CODES, EDGE_DISTANCES
+from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_LOST, ERROR_NO_SURFACE, MAGNITUDES
-from depthsim.gap.depth.data.views import View
 
 Floats = NDArray[np.float64]
 _EDGES = np.concatenate([[-140], -MAGNITUDES[::-1], [0], MAGNITUDES, [140]]).astype(np.float64)
@@ -50,20 +48,20 @@ class Curve:
 
 def along(evidence: Evidence, number: int) -> Along | None:
     """How the view ``number`` is drawn; None where it cannot be."""
-    view = evidence.views[number]
-    if view.kind != ERROR or not view.single:
+    axis = evidence.axes[number]
+    if axis.kind != ERROR or not axis.single:
         return None
-    group, edges, names = _groups(evidence, view)
+    group, edges, names = _groups(axis)
     if group is None:
         return None
-    spread = _spread(evidence, edges) if view.axis == "range" and edges is not None else None
-    return Along(view.axis, _label(view), group, edges, names, spread)
+    spread = _spread(evidence, edges) if axis.name == "range" and edges is not None else None
+    return Along(axis.name, axis.title, group, edges, names, spread)
 
 
 def curve(evidence: Evidence, number: int, drawn: Along, counts: NDArray[np.integer] | NDArray[np.float64]) -> Curve:
     """The curve of one sensor. counts: (blocks, size)."""
     bins, begin = int(BINS[ERROR]), int(evidence.offsets[number])
-    size = evidence.views[number].size
+    size = evidence.axes[number].size
     own = counts[:, begin : begin + size * bins].reshape(len(counts), size, bins).astype(np.float64)
     grouped = np.zeros((len(counts), drawn.count, bins))
     kept = drawn.group >= 0
@@ -94,39 +92,17 @@ def _numbers(counts: Floats) -> Floats:
     return out
 
 
-def _groups(evidence: Evidence, view: View) -> tuple[NDArray[np.int64] | None, Floats | None, tuple[str, ...]]:
-    if view.axis == "edge_distance":
-        return _edge_groups(view)
-    if view.axis == "material":
-        cells = np.arange(view.size)
-        return cells, None, tuple(label_of(evidence, view, cells[k : k + 1]) for k in cells)
-    edges = edges_of(evidence, view)
-    if edges is None:
+def _groups(axis: Axis) -> tuple[NDArray[np.int64] | None, Floats | None, tuple[str, ...]]:
+    if axis.bars is not None:
+        return axis.bars[0], None, axis.bars[1]
+    if axis.edges is None:
         return None, None, ()
+    edges = axis.edges
     wide = np.diff(edges) > 1e-9
     if wide.sum() < 2:
         return None, None, ()
     group = np.where(wide, np.cumsum(wide) - 1, -1)
     return group, np.concatenate([edges[:-1][wide], edges[1:][wide][-1:]]).astype(np.float64), ()
-
-
-def _edge_groups(view: View) -> tuple[NDArray[np.int64], None, tuple[str, ...]]:
-    """Background side from far to near, then foreground side from near to far; what the right imager misses apart."""
-    count = len(EDGE_DISTANCES)
-    group = np.full(view.size, 2 * count)
-    for code in range(1, EDGE_CODES):
-        distance, background = (code - 1) % count, (code - 1) // count < 4
-        group[code] = count - 1 - distance if background else count + distance
-    begins = [1, *(d + 1 for d in EDGE_DISTANCES[:-1])]
-    spans = [str(a) if a == b else f"{a}-{b}" for a, b in zip(begins, EDGE_DISTANCES, strict=True)]
-    return group, None, (*(f"-{span}" for span in spans[::-1]), *(f"+{span}" for span in spans), "hidden")
-
-
-def _label(view: View) -> str:
-    if view.axis == "edge_distance":
-        return "from a depth edge [px]: - background, + foreground"
-    unit = {"": "", "1": " [share of the corner's]", "deg": " [°]"}.get(view.unit, f" [{view.unit}]")
-    return view.axis.replace("_", " ") + unit
 
 
 def _spread(evidence: Evidence, edges: Floats) -> Floats:
@@ -144,11 +120,11 @@ def _spread(evidence: Evidence, edges: Floats) -> Floats:
 def best_views(evidence: Evidence, ranked: Sequence[int], most: int) -> list[int]:
     """The views to draw: the first of ``ranked`` that can be, each axis once; range is always among them."""
     by_axis: dict[str, int] = {}
-    for number in (*ranked, *range(len(evidence.views))):
-        view = evidence.views[number]
-        wanted = number in ranked or view.axis in ("range", "incidence")
-        if wanted and view.axis not in by_axis and along(evidence, number) is not None:
-            by_axis[view.axis] = number
+    for number in (*ranked, *range(len(evidence.axes))):
+        axis = evidence.axes[number]
+        wanted = number in ranked or axis.name in ("range", "incidence")
+        if wanted and axis.name not in by_axis and along(evidence, number) is not None:
+            by_axis[axis.name] = number
     chosen = list(by_axis)[:most]
     if "range" in by_axis and "range" not in chosen:
         chosen[-1:] = ["range"] if len(chosen) == most else [*chosen[-1:], "range"]

@@ -57,7 +57,7 @@ def _closes(
 
 def _correction(evidence: Evidence, number: int, real: Floats, simulated: Floats) -> tuple[object, ...]:
     """What :func:`counting.count_corrected` needs: how much commoner each bin is in the recording, cell by cell."""
-    view = evidence.views[number]
+    view = evidence.axes[number]
     bins = int(fingerprint.BINS[view.kind])
     begin = int(evidence.offsets[number])
     a, b = (x[begin : begin + view.size * bins].reshape(view.size, bins) for x in (real, simulated))

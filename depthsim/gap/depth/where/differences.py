@@ -35,13 +35,13 @@ def compare(
     evidence: Evidence, view: int, cells: NDArray[np.int64], real: NDArray[np.integer], simulated: NDArray[np.integer]
 ) -> Difference:
     """What differs in some cells of a view."""
-    kind = evidence.views[view].kind
+    kind = evidence.axes[view].kind
     bins, begin = int(BINS[kind]), int(evidence.offsets[view])
-    size = evidence.views[view].size
+    size = evidence.axes[view].size
     a, b = (x[begin : begin + size * bins].reshape(size, bins)[cells].astype(float) for x in (real, simulated))
     if kind != ERROR:
         words = "errors of neighbouring pixels go together in another way"
-        if evidence.views[view].axis == "frame_neighbours":
+        if evidence.axes[view].name == "frame_neighbours":
             words = "errors of the same pixel in successive frames go together in another way"
         return Difference("correlation", {"correlation": 1.0}, words, 0.0, 1.0, (0.0, 0.0))
     weight = a.sum(axis=1) / max(a.sum(), 1)

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import jensenshannon
 
 from depthsim.gap.depth.data import histograms as fingerprint
-from depthsim.gap.depth.data.axes import interval_of, label_of
+from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.data.views import View
 from depthsim.gap.depth.where.correction import learnable
 from depthsim.gap.depth.where.differences import TAIL, Difference, compare
 from depthsim.gap.diagnosis import Cut
@@ -57,15 +56,15 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
     real = evidence.real_counts(evidence.test).sum(axis=0)
     plain, another = (evidence.simulate(effects, evidence.test, seed=seed).sum(axis=0) for seed in (8, 9))
     excess = np.maximum(ruler.divergence(real, plain) - ruler.divergence(another, plain), 0) * ruler.totals(real)
-    errors = [n for n, view in enumerate(evidence.views) if view.kind == fingerprint.ERROR]
-    pairs = [n for n, view in enumerate(evidence.views) if fingerprint.ERROR < view.kind < fingerprint.ACROSS]
+    errors = [n for n, view in enumerate(evidence.axes) if view.kind == fingerprint.ERROR]
+    pairs = [n for n, view in enumerate(evidence.axes) if fingerprint.ERROR < view.kind < fingerprint.ACROSS]
     changes = {n: _changes(evidence, n, real, plain, another) for n in errors}
     whole = max(max((total for _, total in changes.values()), default=0.0), 1e-12)
     depends = {n: float(np.clip(varies / whole, 0, 1)) for n, (varies, _) in changes.items()}
     uniform = max(depends.values(), default=0.0) < _UNIFORM
     if uniform and (by_range := _as_the_spread(evidence, real, plain)) is not None:
         depends[by_range] = 1.0
-    first = sorted(errors, key=lambda n: _cost(evidence.views[n]) - depends[n])
+    first = sorted(errors, key=lambda n: _cost(evidence.axes[n]) - depends[n])
     closes = learnable(evidence, ruler, effects, [*first[:_LEARNED], *pairs])
     bits = np.maximum(ruler.by_view(real, plain) - ruler.by_view(another, plain), 0)
     alone = max((bits[n] for n in errors), default=0.0)
@@ -92,19 +91,19 @@ def _as_the_spread(evidence: Evidence, real: Counts, plain: Counts) -> int | Non
     Errors are told in units of the simulator's spread. What is the same everywhere in those changes in metres as the
     spread does, which is a function of the range.
     """
-    views = enumerate(evidence.views)
-    number = next((n for n, v in views if v.axis == "range" and v.single and v.kind == fingerprint.ERROR), None)
+    views = enumerate(evidence.axes)
+    number = next((n for n, v in views if v.name == "range" and v.single and v.kind == fingerprint.ERROR), None)
     if number is None:
         return None
-    what = compare(evidence, number, np.arange(evidence.views[number].size), real, plain).what
+    what = compare(evidence, number, np.arange(evidence.axes[number].size), real, plain).what
     return number if what in ("bias", "spread") else None
 
 
 def _changes(evidence: Evidence, number: int, real: Counts, plain: Counts, another: Counts) -> tuple[float, float]:
     """The part of the squared Hellinger distance that changes along an axis, and the whole of it, over chance."""
-    view = evidence.views[number]
+    view = evidence.axes[number]
     bins, begin = int(fingerprint.BINS[view.kind]), int(evidence.offsets[number])
-    everything = int(evidence.views[0].size) * bins
+    everything = int(evidence.axes[0].size) * bins
 
     def roots(counts: Counts) -> tuple[Floats, Floats]:
         cells = counts[begin : begin + view.size * bins].reshape(view.size, bins).astype(float)
@@ -138,7 +137,7 @@ def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any
     Two recordings that differ by a bias differ in their pairs as well, though no error has to do with another. 0 for
     a view that counts no pairs.
     """
-    view = evidence.views[number]
+    view = evidence.axes[number]
     size, bins, begin = view.size, int(fingerprint.BINS[view.kind]), int(evidence.offsets[number])
     if view.kind not in PAIRS:
         return np.zeros(size)
@@ -150,7 +149,7 @@ def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any
     return np.maximum(joint - one - other, 0)
 
 
-def _cost(view: View) -> float:
+def _cost(view: Axis) -> float:
     return _PER_DOUBLING * max(np.log2(view.size / 8), 0.0) + (0.0 if view.single else _PAIR)
 
 
@@ -163,10 +162,10 @@ def cuts_of(
     cuts: list[Cut] = []
     seen: set[str] = set()
     for place in places:
-        view = evidence.views[place.view]
-        if view.axis in seen or place.depends < 0.02 or len(cuts) >= most:
+        view = evidence.axes[place.view]
+        if view.name in seen or place.depends < 0.02 or len(cuts) >= most:
             continue
-        seen.add(view.axis)
+        seen.add(view.name)
         cells = shortest_row(place.shares) if view.unit else _largest(place.shares)
         difference = compare(evidence, place.view, cells, real, simulated)
         cuts.append(_tell(evidence, place, cells, difference))
@@ -179,13 +178,13 @@ def cuts_of(
 
 
 def _tell(evidence: Evidence, place: Place, cells: NDArray[np.int64], difference: Difference) -> Cut:
-    view = evidence.views[place.view]
+    view = evidence.axes[place.view]
     share = float(place.shares[cells].sum())
-    interval = interval_of(evidence, view, cells)
+    interval = view.interval(cells)
     return Cut(
-        axis=view.axis,
+        axis=view.name,
         interval=interval,
-        label=None if interval else label_of(evidence, view, cells),
+        label=None if interval else view.label(cells),
         unit=view.unit if interval else "",
         share_of_gap=share,
         what=difference.what,

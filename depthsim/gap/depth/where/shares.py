@@ -41,7 +41,7 @@ def shares_npz(evidence: Evidence, places: Sequence[Place]) -> bytes:
 
 def _of_view(evidence: Evidence, places: Sequence[Place], axis: str, size: int) -> Shares:
     for place in places:
-        view = evidence.views[place.view]
-        if (view.axis, view.kind, view.size, view.single) == (axis, ERROR, size, True):
+        view = evidence.axes[place.view]
+        if (view.name, view.kind, view.size, view.single) == (axis, ERROR, size, True):
             return place.shares.astype(np.float32)
     return np.zeros(size, np.float32)
