@@ -59,7 +59,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_folder_holds_what_is_promised(report: Path) -> None:
     assert sorted(path.name for path in report.iterdir()) == [
-        "diagnosis.json", "index.html", "report.yaml", "sensor.yaml", "where.npz",
+        "diagnosis.json", "drawing.json", "index.html", "report.yaml", "sensor.yaml", "where.npz",
     ]  # fmt: skip
     told = Diagnosis.model_validate(json.loads((report / "diagnosis.json").read_text()))
     assert told == found().diagnosis

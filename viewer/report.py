@@ -1,6 +1,5 @@
 """A report as the viewer takes it: the diagnosis, its causes one by one, and where on the scene the gap lies."""
 
-import json
 import os
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from depthsim.gap.diagnosis import Diagnosis
 from depthsim.runs.arrays import arrays_of
 from depthsim.sensor import Profile, load_profile
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
-from depthsim.yamlfile import read_model, read_text, validate
+from depthsim.yamlfile import read_model, validate
 
 DIAGNOSIS, ORIGIN, SENSOR, SHARES = "diagnosis.json", "report.yaml", "sensor.yaml", "where.npz"
 
@@ -89,7 +88,7 @@ def is_report(folder: Path) -> bool:
 
 def load_report(folder: Path) -> tuple[Report, Origin]:
     """Read a report, but for its shares: they are checked against the scene (:func:`load_shares`)."""
-    diagnosis = _read_diagnosis(folder / DIAGNOSIS)
+    diagnosis = Diagnosis.read(folder)
     if not (folder / SENSOR).is_file() and (folder / "vehicle.yaml").is_file():
         raise InputError(folder, "", "is the report of a flight", f"open {folder / 'index.html'} in place of it")
     origin = read_model(Origin, folder / ORIGIN, "a report.yaml, which names run and sensor")
@@ -133,11 +132,3 @@ def _comes_along(name: str) -> bool:
     from depthsim.sensor.profile import profile_names
 
     return name in profile_names()
-
-
-def _read_diagnosis(file: Path) -> Diagnosis:
-    try:
-        value = json.loads(read_text(file, "a diagnosis.json"))
-    except (ValueError, RecursionError) as error:
-        raise InputError(file, "", f"is not JSON ({error})", "run diagnose again") from None
-    return validate(Diagnosis, value, file)

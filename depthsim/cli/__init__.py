@@ -16,6 +16,7 @@ from depthsim.cli.import_ import import_
 from depthsim.cli.inspect import inspect
 from depthsim.cli.match import match
 from depthsim.cli.reconstruct import reconstruct
+from depthsim.cli.report import report
 from depthsim.cli.slam import slam
 from depthsim.cli.sweep import sweep
 from depthsim.cli.view import view
@@ -36,6 +37,7 @@ app.command()(diagnose)
 app.command()(match)
 app.command()(fit_material)
 app.command()(diagnose_flight)
+app.command()(report)
 app.command()(fit_drag)
 app.command()(view)
 app.command()(slam)

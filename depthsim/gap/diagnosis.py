@@ -6,8 +6,11 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_serializer
 
+from depthsim.errors import InputError
 from depthsim.runs.storing import write_whole
+from depthsim.yamlfile import read_text, validate
 
+FILE = "diagnosis.json"
 Verdict = Literal["no_gap", "explained", "partly_explained", "unexplained"]
 What = Literal["bias", "spread", "missing", "correlation", "tail"]
 Interval = tuple[FiniteFloat, FiniteFloat]
@@ -96,12 +99,22 @@ class Diagnosis(_Part):
     unexplained: Unexplained | None
     notes: tuple[str, ...] = ()
 
+    @classmethod
+    def read(cls, folder: str | Path) -> "Diagnosis":
+        """The diagnosis of a report. Raises :class:`InputError` where there is none, or another file's content."""
+        file = Path(folder) / FILE
+        try:
+            value = json.loads(read_text(file, "a diagnosis.json"))
+        except (ValueError, RecursionError) as error:
+            raise InputError(file, "", f"is not JSON ({error})", "run diagnose again") from None
+        return validate(cls, value, file)
+
     def to_json(self) -> str:
         """The text of diagnosis.json."""
         return json.dumps(self.model_dump(mode="json"), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
     def write(self, folder: Path) -> Path:
         """Write diagnosis.json into ``folder``, whole or not at all."""
-        file = folder / "diagnosis.json"
+        file = folder / FILE
         write_whole(file, self.to_json().encode())
         return file

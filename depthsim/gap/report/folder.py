@@ -12,7 +12,7 @@ from depthsim.runs.whole import whole_folder
 DIAGNOSIS = "diagnosis.json"
 _OURS = {
     DIAGNOSIS, "sensor.yaml", "before.yaml", "vehicle.yaml", "index.html", "where.npz", "report.yaml", "new_effect.py",
-    "scene.yaml", "scene.ply", LOCK,
+    "drawing.json", "scene.yaml", "scene.ply", LOCK,
 }  # fmt: skip
 """All that a report may hold."""
 

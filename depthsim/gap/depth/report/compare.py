@@ -1,15 +1,17 @@
 """What is told of two recordings that were compared: the page for the terminal, and the folder."""
 
 from pathlib import Path
+from typing import Literal
 
 from rich.console import Console
 from rich.text import Text
 
 from depthsim.gap.depth.compare import Comparison
-from depthsim.gap.depth.report.curves import best_views
-from depthsim.gap.depth.report.figures_curves import Series, curves_picture
+from depthsim.gap.depth.report.curves import AxisCurves, Series, axis_curves, best_axes
+from depthsim.gap.depth.report.figures_curves import curves_picture
 from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.report import words
+from depthsim.gap.report.drawing import Drawn, write_drawing
 from depthsim.gap.report.figures import FIXED, REAL
 from depthsim.gap.report.folder import report_folder
 from depthsim.gap.report.page import Bar, Page
@@ -19,10 +21,21 @@ from depthsim.runs.storing import write_whole
 _ROWS = 3
 
 
+class ComparisonDrawing(Drawn):
+    """What the page of a comparison draws beside diagnosis.json. a, b: the names of the recordings."""
+
+    kind: Literal["comparison"] = "comparison"
+    a: str
+    b: str
+    curves: tuple[AxisCurves, ...]
+
+
 def write_comparison(compared: Comparison, folder: Path) -> None:
-    """Write diagnosis.json and index.html to ``folder``, whole or not at all; an earlier report there is replaced."""
-    page = _page(compared)
+    """Write the report to ``folder``, whole or not at all; an earlier report there is replaced."""
+    drawing = _measure(compared)
+    page = comparison_page(compared.diagnosis, drawing)
     with report_folder(folder) as part:
+        write_drawing(drawing, part)
         write_whole(part / "index.html", page.encode())
         compared.diagnosis.write(part)
 
@@ -61,9 +74,17 @@ def _lines(d: Diagnosis) -> list[tuple[str, str]]:
     ]
 
 
-def _page(compared: Comparison) -> str:
-    d, a, b = compared.diagnosis, compared.a, compared.b
-    page = Page(f"{a.run.path.absolute().name} (A) and {b.run.path.absolute().name} (B)", "two recordings of one scene")
+def _measure(compared: Comparison) -> ComparisonDrawing:
+    a, b = compared.a, compared.b
+    ranked = [n for cut in compared.diagnosis.where for n, axis in enumerate(a.axes) if axis.name == cut.axis]
+    series: list[Series] = [("A", REAL, compared.counts_a), ("B", FIXED, compared.counts_b)]
+    curves = tuple(axis_curves(a, number, series) for number in best_axes(a, ranked, _ROWS))
+    return ComparisonDrawing(a=a.run.path.absolute().name, b=b.run.path.absolute().name, curves=curves)
+
+
+def comparison_page(d: Diagnosis, drawing: ComparisonDrawing) -> str:
+    """index.html, from what diagnosis.json and drawing.json hold."""
+    page = Page(f"{drawing.a} (A) and {drawing.b} (B)", "two recordings of one scene")
     page.tiles([(f"{line.split()[0]}", f"{d.gap.unit}, {what}") for line, what in _lines(d)])
     page.section("The answer").callout(_verdict(d), "good" if d.verdict == "no_gap" else "fair")
     page.items(words.sentence(note) for note in d.notes)
@@ -77,9 +98,7 @@ def _page(compared: Comparison) -> str:
             ["axis and part", "share of the axis' difference", "kind", "what differs"],
             [[words.place(cut), Bar(cut.share_of_gap), cut.what, cut.text] for cut in d.where],
         )
-    ranked = [n for cut in d.where for n, view in enumerate(a.axes) if view.name == cut.axis]
-    series: list[Series] = [("A", REAL, compared.counts_a), ("B", FIXED, compared.counts_b)]
-    picture = curves_picture(a, best_views(a, ranked, _ROWS), series)
-    if picture is not None:
+    if drawing.curves:
+        picture = curves_picture(drawing.curves)
         page.picture(picture.png, picture.caption)
     return page.html()

@@ -10,6 +10,7 @@ from scipy import stats
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_LOST, ERROR_NO_SURFACE, MAGNITUDES
+from depthsim.gap.report.drawing import Array, Drawn
 
 Floats = NDArray[np.float64]
 _EDGES = np.concatenate([[-140], -MAGNITUDES[::-1], [0], MAGNITUDES, [140]]).astype(np.float64)
@@ -17,49 +18,63 @@ _FEWEST = 60
 """Pixels that a cell needs to be drawn."""
 
 
-@dataclass(frozen=True)
-class Along:
-    """How a view's cells are drawn. group: (cells,) the place of each cell in the drawing, -1 for none.
+Series = tuple[str, str, NDArray[np.integer] | NDArray[np.float64]]
+"""A name, a colour, and (blocks, size) counts."""
 
-    edges: (groups + 1,) where the groups begin and end, None where they have names alone. names: of the groups.
-    spread: (groups,) the simulator's spread there [mm], for the axis range alone.
+
+class Curve(Drawn):
+    """Bias and spread in units of the simulator's spread, holes as a share: (3, groups); band: half of their 95 %."""
+
+    name: str
+    colour: str
+    value: Array
+    band: Array
+
+
+class AxisCurves(Drawn):
+    """The curves of all sensors along one axis.
+
+    edges: (groups + 1,) where the groups of cells begin and end, None where they have names alone. spread: (groups,)
+    the simulator's spread there [mm], for the axis range alone.
     """
 
-    axis: str
     label: str
+    edges: Array | None
+    names: tuple[str, ...]
+    spread: Array | None
+    curves: tuple[Curve, ...]
+
+
+@dataclass(frozen=True)
+class _Groups:
+    """group: (cells,) the place of each cell in the drawing, -1 for none; edges, names as in :class:`AxisCurves`."""
+
     group: NDArray[np.int64]
     edges: Floats | None
     names: tuple[str, ...]
-    spread: Floats | None
 
     @property
     def count(self) -> int:
-        """The number of groups."""
         return int(self.group.max()) + 1
 
 
-@dataclass(frozen=True)
-class Curve:
-    """(3, groups): bias and spread in units of the simulator's spread, holes as a share; and half of the 95 % band."""
-
-    value: Floats
-    band: Floats
-
-
-def along(evidence: Evidence, number: int) -> Along | None:
-    """How the view ``number`` is drawn; None where it cannot be."""
-    axis = evidence.axes[number]
-    if axis.kind != ERROR or not axis.single:
-        return None
-    group, edges, names = _groups(axis)
-    if group is None:
-        return None
-    spread = _spread(evidence, edges) if axis.name == "range" and edges is not None else None
-    return Along(axis.name, axis.title, group, edges, names, spread)
+def axis_curves(evidence: Evidence, number: int, series: Sequence[Series]) -> AxisCurves:
+    """What is drawn along the axis ``number``, one that :func:`best_axes` gives."""
+    axis, groups = evidence.axes[number], _groups(evidence.axes[number])
+    assert groups is not None
+    spread = _spread(evidence, groups.edges) if axis.name == "range" and groups.edges is not None else None
+    curves = tuple(
+        Curve(name=name, colour=colour, value=value, band=band)
+        for name, colour, counts in series
+        for value, band in [_curve(evidence, number, groups, counts)]
+    )
+    return AxisCurves(label=axis.title, edges=groups.edges, names=groups.names, spread=spread, curves=curves)
 
 
-def curve(evidence: Evidence, number: int, drawn: Along, counts: NDArray[np.integer] | NDArray[np.float64]) -> Curve:
-    """The curve of one sensor. counts: (blocks, size)."""
+def _curve(
+    evidence: Evidence, number: int, drawn: _Groups, counts: NDArray[np.integer] | NDArray[np.float64]
+) -> tuple[Floats, Floats]:
+    """Value and band of one sensor. counts: (blocks, size)."""
     bins, begin = int(BINS[ERROR]), int(evidence.offsets[number])
     size = evidence.axes[number].size
     own = counts[:, begin : begin + size * bins].reshape(len(counts), size, bins).astype(np.float64)
@@ -72,10 +87,10 @@ def curve(evidence: Evidence, number: int, drawn: Along, counts: NDArray[np.inte
     value[:, total.sum(axis=1) < _FEWEST] = np.nan
     blocks = len(counts)
     if blocks < 3:
-        return Curve(value, np.zeros_like(value))
+        return value, np.zeros_like(value)
     left_out = np.array([_numbers(total - one) for one in grouped])
     error = np.sqrt((blocks - 1) / blocks * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
-    return Curve(value, error * float(stats.t.ppf(0.975, blocks - 1)))
+    return value, error * float(stats.t.ppf(0.975, blocks - 1))
 
 
 def _numbers(counts: Floats) -> Floats:
@@ -92,17 +107,19 @@ def _numbers(counts: Floats) -> Floats:
     return out
 
 
-def _groups(axis: Axis) -> tuple[NDArray[np.int64] | None, Floats | None, tuple[str, ...]]:
+def _groups(axis: Axis) -> _Groups | None:
+    """How an axis is drawn; None where it cannot be."""
+    if axis.kind != ERROR or not axis.single:
+        return None
     if axis.bars is not None:
-        return axis.bars[0], None, axis.bars[1]
+        return _Groups(axis.bars[0], None, axis.bars[1])
     if axis.edges is None:
-        return None, None, ()
-    edges = axis.edges
-    wide = np.diff(edges) > 1e-9
+        return None
+    edges, wide = axis.edges, np.diff(axis.edges) > 1e-9
     if wide.sum() < 2:
-        return None, None, ()
+        return None
     group = np.where(wide, np.cumsum(wide) - 1, -1)
-    return group, np.concatenate([edges[:-1][wide], edges[1:][wide][-1:]]).astype(np.float64), ()
+    return _Groups(group, np.concatenate([edges[:-1][wide], edges[1:][wide][-1:]]).astype(np.float64), ())
 
 
 def _spread(evidence: Evidence, edges: Floats) -> Floats:
@@ -117,13 +134,13 @@ def _spread(evidence: Evidence, edges: Floats) -> Floats:
     return np.asarray(summed / np.maximum(pixels, 1))
 
 
-def best_views(evidence: Evidence, ranked: Sequence[int], most: int) -> list[int]:
-    """The views to draw: the first of ``ranked`` that can be, each axis once; range is always among them."""
+def best_axes(evidence: Evidence, ranked: Sequence[int], most: int) -> list[int]:
+    """The axes to draw: the first of ``ranked`` that can be, each axis once; range is always among them."""
     by_axis: dict[str, int] = {}
     for number in (*ranked, *range(len(evidence.axes))):
         axis = evidence.axes[number]
         wanted = number in ranked or axis.name in ("range", "incidence")
-        if wanted and axis.name not in by_axis and along(evidence, number) is not None:
+        if wanted and axis.name not in by_axis and _groups(axis) is not None:
             by_axis[axis.name] = number
     chosen = list(by_axis)[:most]
     if "range" in by_axis and "range" not in chosen:

@@ -4,26 +4,17 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
-from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.report.curves import Along, Curve, along, curve
+from depthsim.gap.depth.report.curves import AxisCurves
 from depthsim.gap.report.figures import Picture, figure, png
 
-Series = tuple[str, str, Counts | NDArray[np.float64]]
-"""A name, a colour, and (blocks, size) counts."""
 
-
-def curves_picture(evidence: Evidence, views: Sequence[int], series: Sequence[Series]) -> Picture | None:
-    """Bias, spread and holes along each of ``views``, a row of pictures for each."""
-    if not views:
-        return None
-    with figure(9.6, 2.25 * len(views) + 0.4) as drawn:
-        grid = drawn.subplots(len(views), 3, squeeze=False)
-        for row, number in zip(grid, views, strict=True):
-            place = along(evidence, number)
-            assert place is not None
-            _row(list(row), place, [(n, c, curve(evidence, number, place, counts)) for n, c, counts in series])
+def curves_picture(axes: Sequence[AxisCurves]) -> Picture:
+    """Bias, spread and holes along each of ``axes``, a row of pictures for each."""
+    with figure(9.6, 2.25 * len(axes) + 0.4) as drawn:
+        grid = drawn.subplots(len(axes), 3, squeeze=False)
+        for row, axis in zip(grid, axes, strict=True):
+            _row(list(row), axis)
         handles, names = grid[0, 0].get_legend_handles_labels()
         drawn.legend(handles, names, loc="outside upper left", ncols=len(names))
         caption = (
@@ -33,14 +24,15 @@ def curves_picture(evidence: Evidence, views: Sequence[int], series: Sequence[Se
         return Picture(png(drawn), caption)
 
 
-def _row(row: list[Axes], place: Along, curves: list[tuple[str, str, Curve]]) -> None:
+def _row(row: list[Axes], place: AxisCurves) -> None:
     metric = place.spread is not None
-    size = np.ones(place.count) if place.spread is None else place.spread
-    scale = np.stack([np.ones(place.count), size, np.full(place.count, 100.0)])
+    count = place.curves[0].value.shape[1]
+    size = np.ones(count) if place.spread is None else place.spread
+    scale = np.stack([np.ones(count), size, np.full(count, 100.0)])
     titles = "bias [x]", f"spread [{'mm' if metric else 'x'}]", "holes [%]"
     for k, ax in enumerate(row):
-        for name, colour, one in curves:
-            _line(ax, place, one.value[k] * scale[k], one.band[k] * scale[k], name, colour)
+        for one in place.curves:
+            _line(ax, place, one.value[k] * scale[k], one.band[k] * scale[k], one.name, one.colour)
         ax.set(title=titles[k], xlabel=place.label)
         ax.grid(True)
         if k == 0:
@@ -57,7 +49,7 @@ def _row(row: list[Axes], place: Along, curves: list[tuple[str, str, Curve]]) ->
             ax.set_xticks(range(len(place.names)), place.names, rotation=40, ha="right", fontsize=7.5)
 
 
-def _line(ax: Axes, place: Along, value: np.ndarray, band: np.ndarray, name: str, colour: str) -> None:
+def _line(ax: Axes, place: AxisCurves, value: np.ndarray, band: np.ndarray, name: str, colour: str) -> None:
     known = np.isfinite(value)
     if place.edges is None:
         shift = {0: -0.15, 1: 0.0, 2: 0.15}[min(len(ax.containers), 2)]

@@ -2,14 +2,13 @@
 
 from pathlib import Path
 
-from depthsim.gap.depth.diagnose import Findings
+from depthsim.gap.depth.report.drawing import DepthDrawing
 from depthsim.gap.depth.report.figures import pictures
 from depthsim.gap.depth.where.residual import stub
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis
 from depthsim.gap.report import words
 from depthsim.gap.report.figures import Picture
 from depthsim.gap.report.page import Bar, Page
-from depthsim.gap.report.words import Origin
 
 _MEASURE = (
     "Errors of recording and simulation are counted in histograms, in every part of every axis: range, angle, "
@@ -19,10 +18,10 @@ _MEASURE = (
 )
 
 
-def report_page(found: Findings, origin: Origin) -> str:
-    """index.html."""
-    d, drawn = found.diagnosis, pictures(found)
-    page = Page(f"Depth diagnosis of {Path(origin.run).absolute().name}", _subtitle(found, origin))
+def report_page(d: Diagnosis, drawing: DepthDrawing) -> str:
+    """index.html, from what diagnosis.json and drawing.json hold."""
+    drawn = pictures(drawing)
+    page = Page(f"Depth diagnosis of {Path(drawing.origin.run).absolute().name}", drawing.subtitle)
     page.tiles(_tiles(d))
     _answer(page, d)
     _where(page, d, drawn)
@@ -31,19 +30,11 @@ def report_page(found: Findings, origin: Origin) -> str:
     if d.unexplained is not None:
         _rest(page, d)
     page.section("What to do next")
-    for step in words.next_steps(d, origin):
+    for step in words.next_steps(d, drawing.origin):
         page.text(step.text)
         if step.command:
             page.code(step.command)
     return page.html()
-
-
-def _subtitle(found: Findings, origin: Origin) -> str:
-    evidence, camera = found.evidence, found.evidence.camera
-    return (
-        f"{len(evidence.stills)} of {len(evidence.run)} frames, {camera.width} x {camera.height} px, against the "
-        f"sensor {found.profile.name} in the scene {evidence.scene.name}"
-    )
 
 
 def _tiles(d: Diagnosis) -> list[tuple[str, str]]:

@@ -6,11 +6,13 @@ from pathlib import Path
 import yaml
 
 from depthsim.gap.depth.diagnose import Findings
+from depthsim.gap.depth.report.drawing import measure_drawing
 from depthsim.gap.depth.report.page import report_page
 from depthsim.gap.depth.where.residual import stub
 from depthsim.gap.depth.where.shares import shares_npz
 from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.report import words
+from depthsim.gap.report.drawing import write_drawing
 from depthsim.gap.report.folder import report_folder
 from depthsim.gap.report.words import SENSOR, STUB, Origin
 from depthsim.runs.storing import write_whole
@@ -47,7 +49,8 @@ def write_report(found: Findings, folder: Path, named: Named | None = None) -> O
     named, folder = named or Named(), Path(folder)
     origin = origin_of(found, folder, named)
     diagnosis = found.diagnosis
-    page = report_page(found, origin)
+    drawing = measure_drawing(found, origin)
+    page = report_page(diagnosis, drawing)
     with report_folder(folder) as part:
         if origin.scene == str(folder / SCENE):
             save_scene(found.evidence.scene, part)
@@ -58,6 +61,7 @@ def write_report(found: Findings, folder: Path, named: Named | None = None) -> O
         write_whole(part / SHARES, shares_npz(found.evidence, found.places))
         if (text := stub_text(diagnosis)) is not None:
             write_whole(part / STUB, text.encode())
+        write_drawing(drawing, part)
         write_whole(part / PAGE, page.encode())
         diagnosis.write(part)
     return origin

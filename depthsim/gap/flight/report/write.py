@@ -2,9 +2,12 @@
 
 from pathlib import Path
 
+from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.flight.findings import Flown
 from depthsim.gap.flight.report import words
+from depthsim.gap.flight.report.drawing import FlightDrawing, measure_drawing
 from depthsim.gap.flight.report.figures import axes_png, time_png
+from depthsim.gap.report.drawing import write_drawing
 from depthsim.gap.report.page import Bar, Cell, Page, Tone
 from depthsim.runs.storing import make_folder, write_whole
 
@@ -13,27 +16,26 @@ _TONES: dict[str, Tone] = {"no_gap": "good", "explained": "good", "partly_explai
 
 
 def write_report(folder: Path, flown: Flown) -> None:
-    """Write the three files into ``folder``; each appears whole or not at all."""
-    page = page_of(flown).html().encode()
+    """Write the report into ``folder``; each file appears whole or not at all."""
+    drawing = measure_drawing(flown)
+    page = report_page(flown.diagnosis, drawing)
     make_folder(folder)
     write_whole(folder / VEHICLE, flown.vehicle.to_yaml().encode())
-    write_whole(folder / PAGE, page)
+    write_drawing(drawing, folder)
+    write_whole(folder / PAGE, page.encode())
     flown.diagnosis.write(folder)
 
 
-def page_of(flown: Flown) -> Page:
-    """The page for people."""
-    diagnosis, records = flown.diagnosis, flown.problem.records
+def report_page(diagnosis: Diagnosis, drawing: FlightDrawing) -> str:
+    """index.html, from what diagnosis.json and drawing.json hold."""
     gap = diagnosis.gap
-    names = ", ".join(Path(name).name for name in records.files)
-    seconds = sum(part.seconds for part in records.parts)
-    page = Page(f"Flight diagnosis: {flown.problem.model.vehicle.name}", f"{names}; {seconds:.0f} s in the air")
+    page = Page(drawing.title, drawing.subtitle)
     page.callout(words.VERDICTS[diagnosis.verdict], _TONES[diagnosis.verdict])
     tiles = [(f"{gap.before:.3f} m/s²", "missed before"), (f"{gap.after:.3f} m/s²", "missed after")]
     tiles += [(f"{gap.floor:.3f} m/s²", "is noise"), (f"{gap.closed_fraction:.0%}", "of the gap closed")]
     page.tiles(tiles)
-    _causes(page, flown)
-    _where(page, flown)
+    _causes(page, diagnosis)
+    _where(page, diagnosis, drawing)
     if diagnosis.unexplained is not None:
         page.section("What is left").text(diagnosis.unexplained.description)
         rows: list[list[Cell]] = [
@@ -52,15 +54,15 @@ def page_of(flown: Flown) -> Page:
     page.items(diagnosis.notes)
     page.text("The vehicle with the causes added is in vehicle.yaml:")
     page.code("depthsim fly PATH --vehicle vehicle.yaml --out flight")
-    return page
+    return page.html()
 
 
-def _causes(page: Page, flown: Flown) -> None:
-    if not flown.diagnosis.causes:
+def _causes(page: Page, diagnosis: Diagnosis) -> None:
+    if not diagnosis.causes:
         return
     page.section("Causes, the one to act on first")
     rows: list[list[Cell]] = []
-    for cause in flown.diagnosis.causes:
+    for cause in diagnosis.causes:
         low, high = cause.ci95_closed
         others = ", ".join(cause.indistinguishable_from) or "-"
         share = Bar(cause.closed_fraction, f"{cause.closed_fraction:.0%} ({low:.0%} to {high:.0%})")
@@ -69,9 +71,8 @@ def _causes(page: Page, flown: Flown) -> None:
     page.table(["cause", "closes of the gap", "fitted (95 %)", "cannot be told from"], rows)
 
 
-def _where(page: Page, flown: Flown) -> None:
+def _where(page: Page, diagnosis: Diagnosis, drawing: FlightDrawing) -> None:
     page.section("Where the forces differ")
-    diagnosis = flown.diagnosis
     if diagnosis.where:
         rows: list[list[Cell]] = [
             [cut.axis.replace("_", " "), words.place(cut), Bar(cut.share_of_gap), cut.what, words.learned(cut)]
@@ -79,8 +80,8 @@ def _where(page: Page, flown: Flown) -> None:
         ]
         page.table(["axis", "most of it at", "share of the gap", "kind", "what can be learned"], rows)
     page.picture(
-        axes_png(flown),
+        axes_png(drawing.axes, diagnosis.gap.floor),
         "What the model misses along each axis, before and after the causes were added, beside the noise. Each point "
         "is an eighth of the samples.",
     )
-    page.picture(time_png(flown), "The same over time along each axis of the body, 4 Hz low-pass, first log.")
+    page.picture(time_png(drawing), "The same over time along each axis of the body, 4 Hz low-pass, first log.")
