@@ -39,8 +39,7 @@ def edges_of(evidence: Evidence, view: View) -> NDArray[np.float64] | None:
         case "disparity_phase":
             return np.linspace(0, 1, view.size + 1)
         case "time":
-            stamps = [still.stamp for still in evidence.stills.values()]
-            return np.concatenate([[min(stamps)], cuts.times, [max(stamps)]])
+            return _times(evidence)
         case "height":
             return np.concatenate([[evidence.heights[0]], cuts.height, [evidence.heights[1]]])
         case "motion":
@@ -123,11 +122,17 @@ def _slope(cell: int) -> str:
     return " and ".join(words) or "nowhere"
 
 
+def _times(evidence: Evidence) -> NDArray[np.float64]:
+    """Where the cells of time begin and end [s], from the first frame of the recording: its clock may be any."""
+    stamps = [still.stamp for still in evidence.stills.values()]
+    edges = np.concatenate([[min(stamps)], evidence.cuts.times, [max(stamps)]])
+    return np.asarray(edges - evidence.run.stamps[0])
+
+
 def _time_and_range(evidence: Evidence, cells: NDArray[np.int64]) -> str:
     cuts = evidence.cuts
     ranges = len(cuts.range6) + 1
-    stamps = [still.stamp for still in evidence.stills.values()]
-    times = np.concatenate([[min(stamps)], cuts.times, [max(stamps)]])
+    times = _times(evidence)
     depths = np.concatenate([[evidence.depths.min()], cuts.range6, [evidence.depths.max()]])
     when, far = cells // ranges, cells % ranges
     return (
