@@ -33,6 +33,7 @@ from depthsim.scenefile.save import save_scene
 from depthsim.sensor import Effect, Sensor, effect_ids, load_profile
 from depthsim.sensor.effects.rolling_shutter import RollingShutter
 from depthsim.sensor.motion import Motion
+from depthsim.slam.results import read_rows
 from depthsim.slam.sweep import faster
 from depthsim.trajectory import Trajectory, write_tum
 
@@ -230,6 +231,19 @@ def test_a_slower_run_of_a_sweep_goes_along_all_poses(late: Path) -> None:
     at = STAMPS[0] + (slow.stamps - STAMPS[0]) / 4
     assert degrees_between(slow.matrices(), poses_at(at)).max() < 0.003
     assert faster(run, 1.0) == (run.trajectory, run.truth)
+
+
+def test_an_estimate_by_other_pictures_is_scored_against_the_nearest_pose(late: Path, tmp_path: Path) -> None:
+    """Of a system that stamps its poses by colour images, 40 ms off the depth."""
+    pytest.importorskip("evo")
+    write_tum(path_of(STAMPS + 0.04), tmp_path / "other.txt")
+    words = ("slam", late, "--out", tmp_path / "slam", "--estimate")
+    depthsim(*words, tmp_path / "other.txt")
+    write_tum(path_of(STAMPS), tmp_path / "same.txt")
+    depthsim(*words, tmp_path / "same.txt")
+    rows = {row["system"]: row for row in read_rows(tmp_path / "slam" / "results.csv")}
+    assert rows["other"]["tracked"] == rows["same"]["tracked"] == str(FRAMES)
+    assert float(rows["same"]["ate_m"]) < 1e-6 and float(rows["other"]["ate_m"]) < 1e-6
 
 
 def test_the_viewer_moves_along_all_poses(late: Path) -> None:
