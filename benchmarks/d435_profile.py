@@ -59,7 +59,7 @@ class Floor:
 def floor_frames(run: Run, profile: Profile | None, indices: Iterable[int]) -> list[Floor]:
     """The run's own frames, or with ``profile`` those that `generate --like RUN` would make."""
     scene = load_scene(run.scene or "")
-    caster, motion, camera = Caster(scene), Motion.along(run.trajectory), run.camera
+    caster, motion, camera = Caster(scene), Motion.along(run.trajectory, run.truth), run.camera
     sensor, frames = Sensor(caster, camera, profile.effects if profile else ()), []
     for index in indices:
         made = sensor.measure(run.poses[index], index=index, stamp=float(run.stamps[index]), motion=motion)

@@ -47,6 +47,7 @@ def generate(
     profile: Profile,
     out: Path,
     *,
+    truth: Trajectory | None = None,
     materials: Materials | None = None,
     seed: int = 0,
     streams: tuple[str, ...] = DEFAULT_STREAMS,
@@ -61,6 +62,8 @@ def generate(
     A run that was broken off is finished by the same call, in the same bytes. Frames are made side by side, one a
     thread, and each depends on nothing but its number, so the bytes do not depend on ``threads`` either.
 
+    truth: all poses on the way, where more are known than those of the frames: groundtruth.txt has them, and effects of
+    time and motion go along them. Without it the camera goes straight from frame to frame.
     streams: which pictures to write, from :data:`STREAMS`; depth is always among them.
     progress: called with the frames that are done and the frames in all.
     caster: of ``scene``, where there is one already. save: puts the scene into the folder in its own way.
@@ -69,13 +72,15 @@ def generate(
     if profile.stereo is None and set(IR_STREAMS) & set(streams):
         raise InputError(profile.name, "", "is a sensor without infrared images", "give one of active stereo")
     record = _describe(scene, profile, materials, seed)
-    with RunWriter(out, camera, trajectory, record, streams, overwrite=overwrite) as writer:
+    with RunWriter(out, camera, trajectory, record, streams, truth=truth, overwrite=overwrite) as writer:
         missing, total = writer.missing(), len(trajectory)
         progress(total - len(missing), total)
         if missing:
             save(scene, out)
             sensor = open_sensor(profile, caster or Caster(scene), camera, materials)
-            maker = FrameMaker(sensor, writer.trajectory, seed, streams)  # whose stamps are those of the files
+            maker = FrameMaker(
+                sensor, writer.trajectory, seed, streams, writer.truth
+            )  # whose stamps are those of the files
             _write_frames(maker, writer, missing, total, threads or core_count(), progress)
         writer.finish()
     return Generated(out, total, len(missing))
@@ -116,11 +121,16 @@ class FrameMaker:
     """Makes the pictures of a frame; each thread keeps buffers of its own."""
 
     def __init__(
-        self, sensor: Sensor | StereoSensor, trajectory: Trajectory, seed: int, streams: tuple[str, ...]
+        self,
+        sensor: Sensor | StereoSensor,
+        trajectory: Trajectory,
+        seed: int,
+        streams: tuple[str, ...],
+        truth: Trajectory | None = None,
     ) -> None:
         self._sensor, self._seed, self._streams = sensor, seed, streams
         self._stamps, self._poses = trajectory.stamps, trajectory.matrices()
-        self._motion = Motion.along(trajectory)
+        self._motion = Motion.along(trajectory, truth)
         self._buffers = threading.local()
 
     def __call__(self, index: int) -> dict[str, NDArray[Any]]:

@@ -4,6 +4,8 @@ import shutil
 from pathlib import Path
 
 import pytest
+from reports import LACKED, PAPER, found, recorded
+from test_diagnose_flight import log_of
 
 from benchmarks.withheld_flight import the_vehicle
 from benchmarks.withheld_flight_data import Truth
@@ -16,8 +18,6 @@ from depthsim.gap.flight import examine
 from depthsim.gap.flight.report.write import write_report as write_flight_report
 from depthsim.gap.report.drawing import DRAWING
 from depthsim.gap.report.redraw import PAGE, redraw
-from tests.reports import LACKED, PAPER, found, recorded
-from tests.test_diagnose_flight import log_of
 
 
 def _again(report: Path) -> None:

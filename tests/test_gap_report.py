@@ -2,20 +2,25 @@
 
 import ast
 import json
+import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
-from reports import LACKED, OTHERS, PAPER, found
+from reports import LACKED, OTHERS, PAPER, found, recorded
 
 from depthsim.errors import InputError
-from depthsim.gap import Diagnosis
+from depthsim.gap import Diagnosis, investigate
 from depthsim.gap.depth.report.write import Named, write_report
+from depthsim.gap.depth.where.residual import place_in_words
+from depthsim.gap.diagnosis import Cut
 from depthsim.gap.report import words
 from depthsim.gap.report.folder import check_report_folder, report_folder
-from depthsim.sensor import load_profile
+from depthsim.runs import Run
+from depthsim.runs.png import encode_png
+from depthsim.sensor import effect_ids, load_profile
 
 _VOID = {"meta", "img", "br", "hr", "link", "input"}
 
@@ -153,3 +158,26 @@ def test_comments_stay_comments() -> None:
     text = words.comment("a recording\nnamed: [strangely] " + "word " * 40)
     assert all(line.startswith("#") and len(line) <= 120 for line in text.splitlines())
     assert yaml.safe_load(text) is None
+
+
+def test_time_is_told_from_the_first_frame_whatever_the_clock(tmp_path: Path) -> None:
+    """Stamps of a clock of today make `1.31e+09 to 1.31e+09 s` of every part of a recording."""
+    run = Path(shutil.copytree(recorded(PAPER), tmp_path / "run"))
+    for name in ("depth.txt", "groundtruth.txt"):
+        rows = [line.split(" ", 1) for line in (run / name).read_text().splitlines() if line[0] != "#"]
+        (run / name).write_text("".join(f"{1305031102.16 + float(stamp):.6f} {rest}\n" for stamp, rest in rows))
+    opened = Run.open(run)
+    for index in range(4, 8):  # the camera grows warm
+        opened.files[index].write_bytes(encode_png((opened.depth_raw(index) * 1.06).astype(np.uint16)))
+    told = investigate(run, sensor="paper", without=effect_ids(), threads=1).diagnosis
+    time = next(cut for cut in told.where if cut.axis == "time")
+    assert time.interval is not None and time.interval[1] == pytest.approx(7, abs=1e-6)
+    assert 2 < time.interval[0] < 6
+    assert place_in_words(time).endswith(" to 7 s")
+    both = next((cut for cut in told.where if cut.axis == "time x range"), None)
+    assert both is None or "130503" not in place_in_words(both)
+
+
+def test_figures_of_long_recordings_are_whole_numbers() -> None:
+    long = Cut(axis="time", interval=(0.0, 3725.4), unit="s", share_of_gap=1.0, what="bias")
+    assert place_in_words(long) == "time 0 to 3725 s"

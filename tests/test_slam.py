@@ -142,10 +142,11 @@ def test_a_results_file_that_is_none_is_told_in_one_line(tmp_path, found):
 
 
 def test_faster_takes_the_same_way_in_less_time(room):
-    twice = faster(room.trajectory, 2.0, 20.0)
+    twice, dense = faster(room, 2.0)
+    assert dense is None
     assert twice.duration == pytest.approx(0.45)
     np.testing.assert_allclose(twice.positions, room.trajectory.positions[::2], atol=1e-6)
-    assert faster(room.trajectory, 1.0, 20.0) is room.trajectory
+    assert faster(room, 1.0) == (room.trajectory, None)
     assert noise_of(room) < 0.5e-3, "half a unit"
 
 

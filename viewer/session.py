@@ -55,7 +55,7 @@ class Session:
         self._pace, self._echo = Pace(), Echo(client)
         self._live = {"sensor": LiveSensor(stage), "second sensor": LiveSensor(stage)}
         self._path: Trajectory = stage.trajectory
-        self._poses, self._motion = stage.trajectory.matrices(), Motion.along(stage.trajectory)
+        self._poses, self._motion = stage.trajectory.matrices(), stage.motion
         self.screen = Screen(client, stage)
         self._by_software, self._spared, self._sent = False, False, 0.0
         self.status = Status(client.gui, server.get_event_loop())
@@ -177,7 +177,8 @@ class Session:
 
     def _follow(self, path: Trajectory) -> None:
         """Go along another path from now on."""
-        self._path, self._poses, self._motion = path, path.matrices(), Motion.along(path)
+        self._path, self._poses = path, path.matrices()
+        self._motion = self.stage.motion if path is self.stage.trajectory else Motion.along(path)
         self.screen.scenery.show_path(path.positions)
         self.playback.set_stamps(path.stamps)
         self.refresh()

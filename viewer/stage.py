@@ -12,6 +12,7 @@ from depthsim.raycast import Caster
 from depthsim.runs import Run
 from depthsim.scene import Scene
 from depthsim.sensor import Profile
+from depthsim.sensor.motion import Motion
 from depthsim.trajectory import Trajectory
 from viewer.report import Report
 
@@ -38,6 +39,11 @@ class Stage:
     def caster(self) -> Caster | None:
         """Of the scene; made when it is first asked for, which takes a second for a million faces."""
         return None if self.scene is None else Caster(self.scene)
+
+    @cached_property
+    def motion(self) -> Motion:
+        """The camera's way; that of a recording has all its poses."""
+        return Motion.along(self.trajectory, None if self.run is None else self.run.truth)
 
     @property
     def tags(self) -> tuple[str, ...]:

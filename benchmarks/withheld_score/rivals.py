@@ -47,7 +47,7 @@ class _Bench:
         self.scene = load_scene(self.run.scene)
         self.caster = Caster(self.scene)
         self.effects = load_profile(profile).effects
-        self.motion = Motion.along(self.run.trajectory)
+        self.motion = Motion.along(self.run.trajectory, self.run.truth)
         step = max(1, len(self.run) // FRAMES)
         self.frames = list(range(0, len(self.run), step))[:FRAMES]
 

@@ -63,10 +63,13 @@ def generate(
     eye = _camera(camera, parse_resolution(resolution), rate, profile, model)
     place = load_scene(_scene(scene, model), tags=parse_tags(tag), units=units, up=up, materials=known)
     ride = _ride(fly, trajectory, like, place)
+    truth = None
     if ride:
         path = ride.camera.sampled(eye.rate, frames)
     elif model and trajectory is None:
-        path = model.trajectory.head(frames)
+        path, truth = model.trajectory.head(frames), model.dense
+        for remark in model.remarks:
+            print(f"{like}: {remark}", file=sys.stderr)
     else:
         path = resolve_trajectory(trajectory, place, eye.rate, frames)
     extra = (*(("normal",) if normals else ()), *(IR_STREAMS if ir else ()))
@@ -74,7 +77,7 @@ def generate(
     begin = time.monotonic()
     with _Progress() as progress:
         made = make(
-            place, path, eye, profile, out, materials=known, seed=seed, streams=streams, threads=threads,
+            place, path, eye, profile, out, truth=truth, materials=known, seed=seed, streams=streams, threads=threads,
             overwrite=overwrite, progress=progress,
         )  # fmt: skip
     if ride:

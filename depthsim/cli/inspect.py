@@ -53,6 +53,8 @@ def _inspect_run(path: Path) -> None:
     print(
         f"{path}: {len(run)} frames over {run.trajectory.duration:.2f} s, {camera.name} {camera.width}x{camera.height}"
     )
+    for remark in run.remarks:
+        print(remark)
     holes, depth = float((raw == 0).mean()), run.depth(middle)
     returns = depth[depth > 0]
     span = f"{np.min(returns):.3f} to {np.max(returns):.3f} m" if returns.size else "no return"

@@ -31,6 +31,8 @@ def reconstruct(
     from depthsim.runs import Run
 
     there = Run.open(run, posed=False)
+    for remark in there.remarks if poses is None else ():
+        print(f"{run}: {remark}", file=sys.stderr)
     made = make(
         there,
         out or run,

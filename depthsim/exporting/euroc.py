@@ -18,7 +18,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from depthsim.exporting.tables import ground_truth, imu_columns, nanoseconds
+from depthsim.exporting.tables import imu_columns, nanoseconds
 from depthsim.flight.imu import ACCELEROMETER, GYROSCOPE
 from depthsim.runs import Run
 from depthsim.runs.png import encode_png
@@ -102,7 +102,7 @@ def _imu(run: Run, folder: Path) -> bool:
 
 
 def _truth(run: Run, folder: Path) -> None:
-    truth = ground_truth(run)
+    truth = run.truth
     folder.mkdir()
     velocity = np.zeros_like(truth.positions)
     if len(truth) > 1:

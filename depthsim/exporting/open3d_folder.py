@@ -36,7 +36,7 @@ def write(run: Run, out: Path, _: object) -> str:
     write_whole(out / "intrinsic.json", (json.dumps(intrinsic, indent=2) + "\n").encode())
     write_whole(out / "trajectory.log", _log(run).encode())
     write_whole(out / "associations.txt", _associations(run, names, has_rgb).encode())
-    write_whole(out / layout.GROUND_TRUTH, tum_text(run.trajectory).encode())
+    write_whole(out / layout.GROUND_TRUTH, tum_text(run.truth).encode())
     write_whole(out / layout.CAMERA, camera.to_yaml().encode())
     scale = 1 / camera.depth_scale
     lacking = "" if has_rgb else "; no color/, as the run has no rgb"

@@ -21,7 +21,7 @@ def write(run: Run, out: Path, _: object) -> str:
     has_rgb = run.has("rgb")
     for index in range(len(run)):
         write_whole(out / "clouds" / f"{index:06d}.ply", cloud(run, index, has_rgb))
-    write_whole(out / layout.GROUND_TRUTH, tum_text(run.trajectory).encode())
+    write_whole(out / layout.GROUND_TRUTH, tum_text(run.truth).encode())
     rows = run.poses[:, :3].reshape(len(run), 12).tolist()
     write_whole(out / "poses.txt", "".join(" ".join(map(repr, row)) + "\n" for row in rows).encode())
     write_whole(out / layout.CAMERA, run.camera.to_yaml().encode())

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from depthsim.exporting.options import ExportOptions
 from depthsim.exporting.ros2_messages import MAP, Messages
-from depthsim.exporting.tables import Floats, ground_truth, imu_columns, nanoseconds
+from depthsim.exporting.tables import Floats, imu_columns, nanoseconds
 from depthsim.extras import load_extra
 from depthsim.runs import Run
 
@@ -49,7 +49,7 @@ class _Bag:
     def __init__(self, run: Run, writer: object, options: ExportOptions) -> None:
         self._run, self._writer, self._options = run, writer, options
         self._make = Messages(run)
-        self._truth = ground_truth(run)
+        self._truth = run.truth
         self._imu = imu_columns(run)
         self._connections: dict[str, object] = {}
         self.count = 0

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from depthsim.errors import InputError
 from depthsim.flight.table import read_table
-from depthsim.runs import Run, layout
-from depthsim.trajectory import Trajectory, read_tum
+from depthsim.runs import Run
 
 Floats = NDArray[np.float64]
 
@@ -20,11 +19,6 @@ IMU_COLUMNS = ("t", "wx", "wy", "wz", "ax", "ay", "az")
 def nanoseconds(stamp: float) -> int:
     """A stamp [s] in whole nanoseconds; of a clock of today in whole microseconds, as a double holds no more."""
     return round(stamp * 1e9) if abs(stamp) < _FINE else round(stamp * 1e6) * 1000
-
-
-def ground_truth(run: Run) -> Trajectory:
-    """The poses of groundtruth.txt, as dense as they are there."""
-    return read_tum(run.path / layout.GROUND_TRUTH)
 
 
 def imu_columns(run: Run) -> Mapping[str, Floats] | None:

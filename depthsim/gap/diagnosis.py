@@ -39,7 +39,8 @@ class Gap(_Part):
 class Cut(_Part):
     """A part of the data in which a part of the gap lies.
 
-    axis: one of the axes of diagnosis.json, or two joined by " x ". interval [unit] or label: which part of it.
+    axis: one of the axes of diagnosis.json, or two joined by " x ". interval [unit] or label: which part of it; of a
+    depth recording's time, in seconds from its first frame.
     share_of_gap: 0 to 1. what: in what way simulation and recording differ there. text: the same in words.
     """
 

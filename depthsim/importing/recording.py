@@ -12,6 +12,7 @@ from depthsim.camera import Camera
 from depthsim.errors import InputError
 from depthsim.flight.table import write_table
 from depthsim.runs import layout
+from depthsim.runs.folder import gap_remarks
 from depthsim.runs.png import encode_png
 from depthsim.runs.storing import write_whole
 from depthsim.trajectory import Trajectory, tum_text
@@ -80,6 +81,7 @@ class Recording:
             if not self._stamps[layout.DEPTH]:
                 problem = f"no frame lies inside its poses, {truth.stamps[0]:.3f} to {truth.stamps[-1]:.3f} s"
                 raise InputError(self._source, "", problem, "give poses with the stamps of the frames")
+            notes += gap_remarks(truth, self.stamps())
             write_whole(self._folder / layout.GROUND_TRUTH, tum_text(truth).encode())
         else:
             notes.append("no poses: `depthsim reconstruct` or `depthsim slam` estimates them")

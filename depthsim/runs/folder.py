@@ -15,7 +15,7 @@ from depthsim.camera import Camera, load_camera
 from depthsim.errors import InputError
 from depthsim.runs import layout
 from depthsim.runs.png import decode_png
-from depthsim.trajectory.poses import TOLERANCE, Trajectory
+from depthsim.trajectory.poses import GAP, TOLERANCE, Trajectory
 from depthsim.trajectory.tum import read_tum
 from depthsim.yamlfile import beside, read_mapping, read_text
 
@@ -25,7 +25,8 @@ class Run:
     """A run folder. Opening it checks the lists and that files are there; a picture is read when it is asked for.
 
     files: the depth file of each frame. rgb_files: the intensity image nearest in time to each frame, None where
-    there is none within half a frame. trajectory: the camera at the frames' stamps. meta: run.yaml, {} without one.
+    there is none within half a frame. trajectory: the camera at the frames' stamps; truth: all poses of
+    groundtruth.txt, which may be denser. meta: run.yaml, {} without one.
 
     Every method takes the number of a frame and raises :class:`InputError` for a picture that is damaged or does not
     fit the camera.
@@ -34,6 +35,7 @@ class Run:
     path: Path
     camera: Camera
     trajectory: Trajectory
+    truth: Trajectory
     files: tuple[Path, ...]
     rgb_files: tuple[Path | None, ...]
     meta: dict[str, Any]
@@ -75,7 +77,7 @@ class Run:
         for stream in layout.SIDECARS:
             _check_sidecar(path, stream, files)
         rgb = _rgb_files(path, stamps, 0.5 / camera.rate)
-        return cls(path, camera, truth.at(stamps), files, rgb, meta)
+        return cls(path, camera, truth.at(stamps), truth, files, rgb, meta)
 
     def __len__(self) -> int:
         return len(self.files)
@@ -89,6 +91,16 @@ class Run:
     def poses(self) -> NDArray[np.float64]:
         """(N, 4, 4) camera to world at the stamps, [m]."""
         return self.trajectory.matrices()
+
+    @property
+    def dense(self) -> Trajectory | None:
+        """All poses of groundtruth.txt, where they are others than those of the frames: what to make a run along."""
+        return None if np.array_equal(self.truth.stamps, self.stamps) else self.truth
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is to be known of the poses: how many frames lie in gaps of them."""
+        return gap_remarks(self.truth, self.stamps)
 
     @property
     def scene(self) -> Path | None:
@@ -182,6 +194,18 @@ class Run:
         if picture.dtype != np.uint8 or picture.ndim not in dimensions:
             raise InputError(file, "", f"is {_kind(picture)}, not {kind}", f"write {stream} as {kind} PNG")
         return picture.astype(np.uint8, copy=False)
+
+
+def gap_remarks(truth: Trajectory, stamps: NDArray[np.float64]) -> tuple[str, ...]:
+    """A remark where frames lie in gaps of the poses, as their own poses are then a guess."""
+    lengths = truth.gaps(stamps)
+    inside = int(np.count_nonzero(lengths))
+    if not inside:
+        return ()
+    worst = int(lengths.argmax())
+    longest = f"the longest {lengths[worst]:.2f} s, at the frame of {stamps[worst]:.6f}"
+    text = f"{inside} of {len(stamps)} frames lie in gaps of the poses of more than {GAP:g} s ({longest})"
+    return (f"{text}: their poses are interpolated; fill the gaps, or drop those frames from depth.txt",)
 
 
 def _kind(picture: NDArray[Any]) -> str:

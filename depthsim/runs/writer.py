@@ -28,6 +28,7 @@ class RunWriter:
 
     path: the folder; it is made, and may exist if it is empty or this very run.
     trajectory: the poses of the frames. Their stamps are rounded to microseconds, as the file names are.
+    truth: all poses on the way, where more are known than those of the frames; the frames' are then interpolated in it.
     record: what the run was made from, as plain values; it becomes run.yaml. ``tags`` lists the tags of material/.
     streams: what is written for every frame, of ``layout.STREAMS``; depth always is.
     overwrite: first remove what another run left in the folder, and nothing else.
@@ -45,6 +46,7 @@ class RunWriter:
         record: Mapping[str, Any],
         streams: tuple[str, ...] = (layout.DEPTH,),
         *,
+        truth: Trajectory | None = None,
         overwrite: bool = False,
     ) -> None:
         unknown = set(streams) - set(layout.STREAMS)
@@ -53,7 +55,11 @@ class RunWriter:
         self.path, self.camera = Path(path), camera
         self.streams = tuple(stream for stream in layout.STREAMS if stream in streams)
         stamps = np.round(trajectory.stamps, 6) + 0.0  # no minus before a zero
-        self.trajectory = Trajectory(stamps, trajectory.positions, trajectory.quaternions, trajectory.name)
+        if truth is None:
+            self.trajectory = Trajectory(stamps, trajectory.positions, trajectory.quaternions, trajectory.name)
+        else:  # as who reads the run will find them
+            self.trajectory = truth.at(stamps)
+        self.truth = truth or self.trajectory
         make_folder(self.path)
         _check_target(self.path)
         self._lock = FolderLock(self.path)
@@ -73,7 +79,7 @@ class RunWriter:
         texts = {  # run.yaml first: it tells that the folder is a run
             layout.RECORD: _record_text(record),
             layout.CAMERA: self.camera.to_yaml(),
-            layout.GROUND_TRUTH: tum_text(self.trajectory),
+            layout.GROUND_TRUTH: tum_text(self.truth),
         }
         there = {name: read_text(self.path / name, name) for name in texts if (self.path / name).exists()}
         for name, text in there.items():

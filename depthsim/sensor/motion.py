@@ -10,22 +10,27 @@ from depthsim.trajectory.rotation import rotation_matrices, slerp
 class Motion:
     """The camera's pose as a function of time: a trajectory that goes on beyond its ends as it came and left.
 
-    poses: (N, 4, 4) of the trajectory, camera to world. start: when it begins [s]; 0 for a camera that stands.
+    pose: (4, 4) of the first moment, camera to world. start: when the first frame is taken [s]; 0 for a camera that
+    stands.
     """
 
-    def __init__(self, trajectory: Trajectory | None, poses: NDArray[np.float64], start: float = 0.0) -> None:
-        self._trajectory, self._poses = trajectory, poses
+    def __init__(self, trajectory: Trajectory | None, pose: NDArray[np.float64], start: float = 0.0) -> None:
+        self._trajectory, self._pose = trajectory, pose
         self.start = start
 
     @classmethod
-    def along(cls, trajectory: Trajectory) -> "Motion":
-        """A camera that goes along ``trajectory``; one pose stands still."""
-        return cls(trajectory if len(trajectory) > 1 else None, trajectory.matrices(), float(trajectory.stamps[0]))
+    def along(cls, frames: Trajectory, truth: Trajectory | None = None) -> "Motion":
+        """A camera that goes along the poses of its ``frames``; one pose stands still.
+
+        truth: all that is known of its way, where that is more than the poses of the frames: it is gone along instead.
+        """
+        known = truth or frames
+        return cls(known if len(known) > 1 else None, known.head(1).matrices()[0], float(frames.stamps[0]))
 
     @classmethod
     def still(cls, pose: NDArray[np.float64]) -> "Motion":
         """A camera that stands at ``pose``, (4, 4) camera to world."""
-        return cls(None, np.asarray(pose, np.float64)[None])
+        return cls(None, np.asarray(pose, np.float64))
 
     def at(self, stamps: ArrayLike) -> NDArray[np.float64]:
         """(N, 4, 4) poses, camera to world, at ``stamps`` [s]: linear and slerp between the trajectory's poses.
@@ -34,7 +39,7 @@ class Motion:
         """
         wanted = np.atleast_1d(np.asarray(stamps, np.float64))
         known = self._trajectory
-        poses = np.repeat(self._poses[:1], len(wanted), axis=0)
+        poses = np.repeat(self._pose[None], len(wanted), axis=0)
         if known is None:
             return poses
         after = np.clip(np.searchsorted(known.stamps, wanted, side="right"), 1, len(known) - 1)

@@ -17,6 +17,7 @@ from depthsim.slam.score import Score, score
 from depthsim.slam.sweep_plot import picture
 from depthsim.slam.systems import DEPTH_MAX, estimate
 from depthsim.trajectory import Trajectory
+from depthsim.trajectory.poses import TOLERANCE, frame_count
 
 PROFILES = ("clean", "paper", "d435", "active_stereo")
 FRAMES_OF_NOISE = 8
@@ -57,9 +58,9 @@ def sweep(
     for profile in profiles:
         sensor = load_profile(profile)
         for speed in speeds:
-            path = faster(run.trajectory, speed, run.camera.rate)
+            path, truth = faster(run, speed)
             name = f"{Path(profile).stem}_{speed:g}x"
-            generate(scene, path, run.camera, sensor, out / "runs" / name, seed=seed)
+            generate(scene, path, run.camera, sensor, out / "runs" / name, truth=truth, seed=seed)
             made = Run.open(out / "runs" / name)
             noise = noise_of(made)
             for system in systems:
@@ -77,15 +78,21 @@ def sweep(
     return cases
 
 
-def faster(path: Trajectory, speed: float, rate: float) -> Trajectory:
-    """The same way ``speed`` times as fast, sampled at ``rate`` [Hz]; at speed 1 the poses as they are."""
+def faster(run: Run, speed: float) -> tuple[Trajectory, Trajectory | None]:
+    """The way of a run ``speed`` times as fast: its frames at the camera's rate, and its poses if they are denser.
+
+    At speed 1 both are as they are.
+    """
     if not (np.isfinite(speed) and speed > 0):
         raise InputError("--speeds", str(speed), "is no speed", "give factors such as 0.5,1,2")
     if speed == 1:
-        return path
-    start = path.stamps[0]
-    stamps = start + (path.stamps - start) / speed
-    return Trajectory(stamps, path.positions, path.quaternions, path.name).sampled(rate)
+        return run.trajectory, run.dense
+    start = float(run.stamps[0])
+    stamps = start + (run.truth.stamps - start) / speed
+    truth = Trajectory(stamps, run.truth.positions, run.truth.quaternions, run.truth.name)
+    length = (float(run.stamps[-1]) - start) / speed
+    count = frame_count(length + TOLERANCE, run.camera.rate, run.truth.name)
+    return truth.at(start + np.arange(count) / run.camera.rate), None if run.dense is None else truth
 
 
 def noise_of(run: Run) -> float:

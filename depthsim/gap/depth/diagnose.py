@@ -207,7 +207,7 @@ def _notes(evidence: Evidence) -> tuple[str, ...]:
     poses = evidence.run.poses
     if len(poses) > 1 and np.abs(poses - poses[0]).max() < 1e-6:
         notes.append("the camera stands still: errors of pose, time and motion cannot be seen")
-    return tuple(notes)
+    return (*notes, *evidence.run.remarks)
 
 
 def _stands_out(score: Score) -> bool:

@@ -212,7 +212,9 @@ def _disparity_phase(k: Cuts) -> Axis:
 
 
 def _time_edges(k: Cuts) -> NDArray[np.float64]:
-    return np.concatenate([[k.times_seen[0]], k.times, [k.times_seen[1]]])
+    """Where the cells of time begin and end [s], from the first frame of the recording: its clock may be any."""
+    edges = np.concatenate([[k.times_seen[0]], k.times, [k.times_seen[1]]])
+    return np.asarray(edges - k.stamps[0])
 
 
 def _time_cell(k: Cuts, c: Covariates, frame: int) -> Numbers:

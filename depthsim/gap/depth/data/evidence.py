@@ -55,7 +55,7 @@ class Evidence:
         self.run, self.scene, self.materials, self.camera = run, scene, materials, run.camera
         self.threads = threads or core_count()
         self.caster = Caster(scene)
-        self.motion = Motion.along(run.trajectory)
+        self.motion = Motion.along(run.trajectory, run.truth)
         self._replay = Replay(self.caster, scene, materials, run.camera, self.motion)
         self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
         self.base = tuple(base)

@@ -35,7 +35,8 @@ def place_in_words(cut: Cut) -> str:
     if cut.interval is not None:
         low, high = (0.0 if abs(end) < 1e-6 else end for end in cut.interval)
         unit = "" if cut.unit == "1" else f" {cut.unit}"
-        return f"{name} {low:.3g} to {high:.3g}{unit}"
+        ends = (f"{end:.0f}" if abs(end) >= 1000 else f"{end:.3g}" for end in (low, high))
+        return f"{name} {' to '.join(ends)}{unit}"
     return f"{name}: {cut.label}" if cut.label and cut.label != name else name
 
 
