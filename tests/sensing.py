@@ -7,7 +7,6 @@ from shapes import MATERIALS, Array, as_scene, camera, quad, wall
 
 from depthsim.materials import Materials
 from depthsim.raycast import Caster
-from depthsim.scene import Scene
 from depthsim.sensor import Effect, Sensor
 from depthsim.sensor.sensor import Measurement
 
@@ -23,14 +22,16 @@ def column(u: float, depth: float) -> float:
     return (u - 0.5 - CAMERA.cx) / CAMERA.fx * depth
 
 
-def step() -> Scene:
-    """A near wall, all rows high, before a far one."""
+def plate() -> Any:
+    """A near wall, all rows high, as vertices and faces."""
     left, right = column(LEFT, NEAR), column(RIGHT, NEAR)
-    near = quad((left, -5, NEAR), (0, 10, 0), (right - left, 0, 0))
-    return as_scene(near, wall(FAR), tags=["plastic", "cement"])
+    return quad((left, -5, NEAR), (0, 10, 0), (right - left, 0, 0))
 
 
-STEP_CASTER = Caster(step())
+STEP_CASTER = Caster(as_scene(plate(), wall(FAR), tags=["plastic", "cement"]))
+"""The near wall before a far one."""
+OPEN_CASTER = Caster(as_scene(plate(), tags=["plastic"]))
+"""The near wall before nothing."""
 
 
 def measure(

@@ -281,3 +281,18 @@ def test_the_page_of_the_effects_is_up_to_date() -> None:
     assert (folder / "effects.md").read_text(encoding="utf-8") == page(), "run docs/effects.py"
     missing = [i for i in effect_ids() if not (folder / "pictures" / "effects" / f"{i}.png").is_file()]
     assert not missing, "run docs/effects.py"
+
+
+@pytest.mark.parametrize("effect_id", sorted(set(effect_ids()) - {"flying_pixels"}))
+def test_open_background_does_to_the_foreground_what_one_very_far_away_does(effect_id: str) -> None:
+    """All but depths in between, which there are none of where nothing is behind."""
+    plate, effect = quad((-0.3, -0.3, 1), (0.6, 0, 0), (0, 0.6, 0)), effect_class(effect_id)()
+    open_, backed = (
+        Sensor(
+            Caster(as_scene(*meshes, tags=["plastic", "cement"][: len(meshes)])), CAMERA, [effect], MATERIALS
+        ).measure(np.eye(4), index=1)
+        for meshes in ([plate], [plate, wall(1e4, half=1e5)])
+    )
+    met = open_.clean.hit
+    assert 0.2 < met.mean() < 0.5
+    assert np.array_equal(open_.depth[met], np.where(backed.depth > 5e3, 0, backed.depth)[met])

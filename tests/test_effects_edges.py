@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 from scipy import ndimage, stats
-from sensing import CAMERA, LEFT, RIGHT, STEP, disparity, measure, z_score
-from shapes import MATERIALS, as_scene, soup, sphere, wall
+from sensing import CAMERA, LEFT, OPEN_CASTER, RIGHT, STEP, disparity, measure, z_score
+from shapes import MATERIALS, as_scene, quad, soup, sphere, wall
 
+from depthsim.materials import Materials
 from depthsim.raycast import Caster
-from depthsim.sensor import Sensor
+from depthsim.sensor import Effect, Sensor
+from depthsim.sensor.effects.dropout import IncidenceDropout, MaterialDropout, SpecularDropout
 from depthsim.sensor.effects.edges import EdgeFattening, FlyingPixels
 from depthsim.sensor.effects.material_noise import MaterialNoise
 from depthsim.sensor.effects.shadow import StereoShadow
@@ -56,10 +58,49 @@ def test_the_shadow_moves_with_the_edge_and_keeps_its_width() -> None:
     assert np.array_equal(moved, np.roll(plain, -3, axis=1))
 
 
+def test_no_shadow_moves_from_open_background_into_the_foreground() -> None:
+    lost = measure(StereoShadow(), EdgeFattening(radius=3), caster=OPEN_CASTER).depth[:, LEFT:RIGHT] == 0
+    assert not lost.any()
+
+
+@pytest.mark.parametrize(
+    ("effect", "left_over"),
+    [
+        # The plate has holes and the wall has none, or the other way round; the plate is 3 px wider on either side.
+        (MaterialDropout(rate=0, rates={"plastic": 1}), False),
+        (MaterialDropout(rate=0, rates={"cement": 1}), True),
+        (SpecularDropout(width=90, matt=0.5, rate=1), False),
+    ],
+)
+def test_what_the_foreground_covers_has_its_material(effect: Effect, left_over: bool) -> None:
+    looks = Materials.model_validate({"plastic": {"m": 0, "gloss": 1, "ir_reflectance": 0.001}, "cement": {"m": 0}})
+    lost = measure(EdgeFattening(radius=3), effect, materials=looks).depth == 0
+    inside = np.zeros(CAMERA.width, np.bool_)
+    inside[LEFT - 3 : RIGHT + 3] = True
+    assert np.array_equal(lost.mean(axis=0) > 0.5, inside != left_over)
+
+
+def test_what_the_foreground_covers_has_its_incidence() -> None:
+    # A plate square to the axis before a floor seen at 82 degrees and more, which has hardly any return.
+    floor = quad((-40, 0.5, -1), (80, 0, 0), (0, 0, 60))
+    scene = as_scene(floor, quad((-0.2, 0.1, 1.5), (0.4, 0, 0), (0, 0.1, 0)), tags=["cement", "plastic"])
+    grazing, grown = IncidenceDropout(start=60, rate=1), EdgeFattening(radius=4)
+    plain, seen, both = (
+        Sensor(Caster(scene), CAMERA, effects, MATERIALS).measure(np.eye(4))
+        for effects in ([], [grown], [grown, grazing])
+    )
+    covered = seen.depth != plain.depth
+    # What covers it is on the plate, but for the floor that grows over farther floor.
+    by_plate = covered & (np.abs(seen.depth - 1.5) < 1e-5)
+    assert by_plate.sum() > 300
+    assert (both.depth[by_plate] > 0).all() and (both.depth == 0)[~covered & plain.clean.hit].mean() > 0.2
+
+
 def test_the_clean_geometry_is_not_touched() -> None:
-    measured = measure(EdgeFattening(radius=4), StereoShadow())
-    assert np.array_equal(measured.clean.depth, measure().clean.depth)
-    assert np.array_equal(measured.clean.right_sees, measure(StereoShadow()).clean.right_sees)
+    measured, plain = measure(EdgeFattening(radius=4), StereoShadow()).clean, measure().clean
+    for name in ("depth", "face", "cosine", "tag"):
+        assert np.array_equal(getattr(measured, name), getattr(plain, name))
+    assert np.array_equal(measured.right_sees, measure(StereoShadow()).clean.right_sees)
 
 
 @pytest.mark.parametrize(("rate", "reach"), [(0.024, 2), (0.3, 1), (1.0, 4)])

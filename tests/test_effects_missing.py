@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from sensing import CAMERA, FAR, LEFT, NEAR, RIGHT, STEP, STEP_CASTER, measure, z_score
+from sensing import CAMERA, FAR, LEFT, NEAR, OPEN_CASTER, RIGHT, STEP, STEP_CASTER, column, measure, plate, z_score
 from shapes import Array, as_scene, quad, strips, wall
 
 from depthsim.materials import Materials
@@ -154,6 +154,23 @@ def test_the_margins_of_the_shadow() -> None:
 def test_a_margin_never_eats_the_foreground() -> None:
     wide = holes(StereoShadow(share=1, left=20, right=20))
     assert not wide[:, LEFT:RIGHT].any() and wide[:, LEFT - 20 : LEFT].mean() > 0.8
+
+
+def test_open_background_casts_no_shadow() -> None:
+    lost = [measure(StereoShadow(), caster=OPEN_CASTER, index=n).depth[:, LEFT:RIGHT] == 0 for n in range(10)]
+    assert not np.any(lost)
+
+
+def test_a_shadow_reaches_across_open_background() -> None:
+    """A wall that ends 2 px left of the plate: of the 6 px that the plate hides, 4 are on the wall."""
+    edge = column(LEFT - 2, FAR)
+    behind = quad((edge - 5, -5, FAR), (0, 10, 0), (5, 0, 0))
+    caster = Caster(as_scene(plate(), behind, tags=["plastic", "cement"]))
+    exact = measure(StereoShadow(share=1, left=0, right=0), caster=caster).depth == 0
+    assert np.array_equal(np.flatnonzero(exact[60, :RIGHT]), np.arange(LEFT - 6, LEFT))
+    wider = np.array([(measure(StereoShadow(share=1), caster=caster, index=n).depth == 0)[::12] for n in range(40)])
+    margin = wider[..., : LEFT - 6].sum(axis=-1)
+    assert 1.2 < np.median(margin) < 2.2 and not wider[..., LEFT:RIGHT].any()
 
 
 def test_shadows_stay_empty_with_their_share() -> None:

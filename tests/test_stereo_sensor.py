@@ -15,6 +15,7 @@ from depthsim.runs.png import decode_png
 from depthsim.scene import Scene
 from depthsim.sensor import Profile, load_profile
 from depthsim.sensor.effects.fill_rate import FillRate
+from depthsim.sensor.effects.shadow import StereoShadow
 from depthsim.sensor.sensor import Sensor
 from depthsim.stereo.sensor import StereoMeasurement, StereoSensor
 from depthsim.stereo.settings import ActiveStereo
@@ -151,6 +152,15 @@ def test_effects_may_follow() -> None:
     assert (holed.units == 0).mean() > (plain.units == 0).mean() + 0.1
     kept = holed.units > 0
     assert (holed.units[kept] == plain.units[kept]).all()
+
+
+def test_an_effect_that_asks_what_the_right_imager_sees_may_follow() -> None:
+    scene = as_scene(wall(1.0), quad((-0.08, -0.08, 0.5), (0.16, 0, 0), (0, 0.16, 0)), tags=["grey"] * 2)
+    sensor = StereoSensor(Caster(scene), CAMERA, effects=[StereoShadow(share=1)], materials=MATERIALS)
+    seen = sensor.measure(POSE)
+    assert seen.clean.right_sees is not None
+    hidden = seen.clean.right_sees == 0
+    assert hidden.any() and not seen.units[hidden].any()
 
 
 def write(path: Path, camera: str) -> Path:

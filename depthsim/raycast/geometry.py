@@ -18,7 +18,8 @@ class Geometry:
     face: int32 index of the face; -1 where nothing is hit.
     cosine: float32 cosine of the angle between ray and surface normal, 0 to 1; 0 where nothing is hit.
     tag: uint8 index into Scene.tags; 255 where nothing is hit.
-    right_sees: uint8, 1 where no surface hides the point from the right imager; None where it was not asked for.
+    right_sees: uint8, 1 where no surface hides the point from the right imager, 0 where one does and where nothing is
+        hit; None where it was not asked for.
         Points that leave the right image at its border count as seen: that band is an effect of its own.
     """
 

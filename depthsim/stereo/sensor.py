@@ -67,7 +67,8 @@ class StereoSensor:
     ) -> StereoMeasurement:
         """One frame; the arguments are those of :meth:`depthsim.sensor.Sensor.measure`."""
         threads, pose = threads or core_count(), np.asarray(pose, np.float64)
-        clean = self.caster.cast(self.camera, pose, threads=threads, out=out.cast_already if out else None)
+        asked, before = any(effect.needs_right for effect in self.effects), out.cast_already if out else None
+        clean = self.caster.cast(self.camera, pose, right=asked, threads=threads, out=before)
         left, right = self._renderer.render(pose, seed, index, threads)
         depth = to_depth(self._matcher().match(left, right, threads), self.camera.focal_baseline)
         if self._take is not None:

@@ -1,11 +1,11 @@
 """Depth edges: foreground grown over background, and depths in between."""
 
-from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
 from depthsim.kernels import kernel
+from depthsim.raycast import Geometry
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 
@@ -31,8 +31,13 @@ def _find_nearest(start, stop, width, reach, focal_baseline, clean, disparity, m
 
 
 @kernel
-def _grow(start, stop, width, reach, radius, step, uniform, disparity, most, clean, measured, depth, grown):
-    """Background within ``radius`` of a foreground gets its depth; rows ``start`` to ``stop``, in pixels."""
+def _grow(start, stop, width, reach, radius, step, uniform, disparity, most, before, after):
+    """Background within ``radius`` of a foreground becomes it; rows ``start`` to ``stop``, in pixels.
+
+    before: (pixels,) each: measured depth, then clean depth, face, cosine and tag. after: copies of them, changed.
+    """
+    measured, clean, face, cosine, tag = before
+    depth, new_clean, new_face, new_cosine, new_tag = after
     height = disparity.size // width
     tallest = np.empty(width, np.float32)
     for at in range(start, stop, width):
@@ -55,7 +60,8 @@ def _grow(start, stop, width, reach, radius, step, uniform, disparity, most, cle
                 if found >= 0:
                     break
             if found >= 0 and measured[found] > _ZERO:
-                depth[at + u], grown[at + u] = measured[found], clean[found]
+                depth[at + u], new_clean[at + u] = measured[found], clean[found]
+                new_face[at + u], new_cosine[at + u], new_tag[at + u] = face[found], cosine[found], tag[found]
 
 
 @kernel
@@ -63,7 +69,8 @@ def _move_shadow(start, stop, width, radius, uniform, clean, grown, seen, sees):
     """What is hidden from the right imager when the foreground has grown; rows ``start`` to ``stop``, in pixels."""
     for at in range(start, stop, width):
         for i in range(at + 1, at + width):
-            if seen[i] < seen[i - 1]:
+            # Open background is not seen either, but nothing hides there.
+            if seen[i] < seen[i - 1] and clean[i] > _ZERO:
                 for k in range(max(i - np.int32(radius + uniform[i]), at), i):
                     sees[k] = np.uint8(0)
         g, z, s = grown[at : at + width], clean[at : at + width], sees[at : at + width]
@@ -75,7 +82,8 @@ class EdgeFattening(Effect):
     """Foreground grown over background: within ``radius`` of a nearer surface a pixel gets that surface's depth.
 
     A matching window that lies over the edge follows the stronger texture. The radius is rounded up or down by chance,
-    pixel by pixel. The shadow of :class:`~depthsim.sensor.effects.shadow.StereoShadow` moves with the edge.
+    pixel by pixel. For later effects the pixel shows that surface, with its material and incidence, too; open
+    background stays open. The shadow of :class:`~depthsim.sensor.effects.shadow.StereoShadow` moves with the edge.
     """
 
     id: ClassVar[str] = "edge_fattening"
@@ -93,22 +101,24 @@ class EdgeFattening(Effect):
         """Grow the foreground, in the depth and in what later effects take for the geometry."""
         geometry, width, reach = frame.geometry, frame.camera.width, int(np.ceil(self.radius))
         focal_baseline, radius = _f(frame.camera.focal_baseline), _f(self.radius)
-        uniform = frame.draws(self.id).uniform(frame.depth.shape).reshape(-1)
-        clean, depth = geometry.depth.reshape(-1), frame.depth.reshape(-1)
-        disparity, most, measured, grown = (frame.empty().reshape(-1) for _ in range(4))
-        measured[:], grown[:] = depth, clean
+        uniform, depth = frame.draws(self.id).uniform(frame.depth.shape).reshape(-1), frame.depth
+        disparity, most, measured = (frame.empty().reshape(-1) for _ in range(3))
+        pictures = geometry.depth, geometry.face, geometry.cosine, geometry.tag
+        copies = [frame.empty(picture.dtype) for picture in pictures]
+        for picture, copy in zip((depth, *pictures), (measured.reshape(depth.shape), *copies), strict=True):
+            copy[:] = picture
+        clean, grown = geometry.depth.reshape(-1), copies[0].reshape(-1)
         frame.run(_find_nearest, width, reach, focal_baseline, clean, disparity, most, multiple=width)
-        frame.run(
-            _grow, width, reach, radius, _f(self.step), uniform, disparity, most, clean, measured, depth, grown,
-            multiple=width,
-        )  # fmt: skip
+        before = measured, *(picture.reshape(-1) for picture in pictures)
+        after = depth.reshape(-1), *(copy.reshape(-1) for copy in copies)
+        frame.run(_grow, width, reach, radius, _f(self.step), uniform, disparity, most, before, after, multiple=width)
         sees = geometry.right_sees
         if sees is not None:
             seen, sees = sees, frame.empty(np.uint8)
             sees[:] = seen
             arrays = (uniform, clean, grown, seen.reshape(-1), sees.reshape(-1))
             frame.run(_move_shadow, width, radius, *arrays, multiple=width)
-        frame.geometry = replace(geometry, depth=grown.reshape(geometry.depth.shape), right_sees=sees)
+        frame.geometry = Geometry(copies[0], copies[1], copies[2], copies[3], sees)
 
 
 @kernel

@@ -37,7 +37,8 @@ def _lose_hidden(start, stop, width, share, left, right, step, focal_baseline, u
         first = -1
         for u in range(width + 1):
             if u < width and seen[u] == np.uint8(0):
-                first = u if first < 0 else first
+                # Open background is not seen either, but nothing hides there; a shadow may reach across it.
+                first = u if first < 0 and z[u] > _ZERO else first
             elif first >= 0:
                 if chance[(u - 1) // _COLUMNS] < share:
                     near = d[u] - step if u < width else _f(np.inf)
@@ -60,8 +61,8 @@ class StereoShadow(Effect):
 
     The shadow lies left of the object and is as wide as the disparity's step, plus a margin; on the object's right,
     where both imagers see the background, there is a narrow margin alone, because the matching window is on both
-    sides of the edge. A margin is median·√(u / (1 - u)), u uniform, at most four medians; it is drawn for patches of 12
-    rows and 32 columns.
+    sides of the edge. Open background, where nothing is hit, hides nothing. A margin is median·√(u / (1 - u)), u
+    uniform, at most four medians; it is drawn for patches of 12 rows and 32 columns.
     """
 
     id: ClassVar[str] = "stereo_shadow"
