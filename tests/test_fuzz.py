@@ -1,4 +1,4 @@
-"""A slice of benchmarks/fuzz.py: broken inputs for every reader end in a value or in one line."""
+"""A slice of qa/fuzz.py: broken inputs for every reader end in a value or in one line."""
 
 import json
 import math
@@ -15,11 +15,6 @@ from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from benchmarks.fuzzing.documents import mutate_yaml
-from benchmarks.fuzzing.guided import Fuzzed
-from benchmarks.fuzzing.inputs import Corpus
-from benchmarks.fuzzing.readers import READERS
-from benchmarks.fuzzing.worker import ACCEPTED, HANG, REFUSED, TRACEBACK, outcome, run_inputs
 from depthsim.camera import load_camera
 from depthsim.errors import InputError
 from depthsim.flight.pathspec import resolve_path
@@ -33,6 +28,11 @@ from depthsim.sensor import load_profile
 from depthsim.sensor.effect import effect_ids
 from depthsim.trajectory import resolve_trajectory
 from depthsim.yamlfile import MOST_NODES, parse_yaml
+from qa.fuzzing.documents import mutate_yaml
+from qa.fuzzing.guided import Fuzzed
+from qa.fuzzing.inputs import Corpus
+from qa.fuzzing.readers import READERS
+from qa.fuzzing.worker import ACCEPTED, HANG, REFUSED, TRACEBACK, outcome, run_inputs
 
 SLOW = {
     "scene YAML": 15,

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from benchmarks.fuzzing.plain import WORDS, mutate_text
+from qa.fuzzing.plain import WORDS, mutate_text
 
 _Dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)

@@ -1,4 +1,4 @@
-"""Ctrl-C at random moments of every long command, counted: `./run python benchmarks/interrupts.py [--moments 20]`.
+"""Ctrl-C at random moments of every long command, counted: `./run python qa/interrupts.py [--moments 20]`.
 
 The signal goes to the whole group of processes, as from a terminal. A command has to end by 130 and a line, `stopped`,
 with nothing half-written beside; `view` ends by 0 and nothing. What comes before Python has loaded our first module or

@@ -1,8 +1,8 @@
 """Broken inputs for every reader: each must end in a value or in one line, within 10 s and 2 GB.
 
-    ./run python benchmarks/fuzz.py [--reader run --reader PNG] [--inputs 100000] [--seconds 600] [--seed 1]
-    ./run python benchmarks/fuzz.py guided --keep DIR [--reader run] [--inputs 10000]    steered by atheris
-    ./run python benchmarks/fuzz.py show --reader run --number 17 --keep DIR      one input again, with its traceback
+    ./run python qa/fuzz.py [--reader run --reader PNG] [--inputs 100000] [--seconds 600] [--seed 1]
+    ./run python qa/fuzz.py guided --keep DIR [--reader run] [--inputs 10000]    steered by atheris
+    ./run python qa/fuzz.py show --reader run --number 17 --keep DIR      one input again, with its traceback
 
 The same seed gives the same inputs. Exit status 1 where an input ended in a traceback, a hang, or out of memory.
 """
@@ -19,10 +19,10 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.fuzzing.guided import missing, run_guided
-from benchmarks.fuzzing.inputs import Corpus
-from benchmarks.fuzzing.readers import READERS
-from benchmarks.fuzzing.worker import OUTCOMES, Tally, limit_memory, outcome, random_of, run_inputs
+from qa.fuzzing.guided import missing, run_guided
+from qa.fuzzing.inputs import Corpus
+from qa.fuzzing.readers import READERS
+from qa.fuzzing.worker import OUTCOMES, Tally, limit_memory, outcome, random_of, run_inputs
 
 app = typer.Typer(add_completion=False)
 Names = Annotated[list[str] | None, typer.Option("--reader", help="By default all.")]

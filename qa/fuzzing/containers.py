@@ -10,8 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
-from benchmarks.fuzzing.documents import as_json, mutate_document, mutate_json
-from benchmarks.fuzzing.plain import extreme, mutate_bytes, mutate_text
+from qa.fuzzing.documents import as_json, mutate_document, mutate_json
+from qa.fuzzing.plain import extreme, mutate_bytes, mutate_text
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _SIDES = (0, 1, 2, 3, 16, 255, 4096, 8191, 8192, 65535, 1 << 20, (1 << 26) + 1, (1 << 31) - 1, (1 << 32) - 1)
@@ -262,8 +262,8 @@ def mutate_db3(data: bytes, rng: Random, scratch: Path) -> bytes:
 
 def by_suffix(name: str) -> Callable[[bytes, Random], bytes]:
     """The mutator of a file by the ending of its name; text where there is none of its own."""
-    from benchmarks.fuzzing.bags import mutate_bag, mutate_mcap
-    from benchmarks.fuzzing.documents import mutate_yaml
+    from qa.fuzzing.bags import mutate_bag, mutate_mcap
+    from qa.fuzzing.documents import mutate_yaml
 
     known: dict[str, Callable[[bytes, Random], bytes]] = {
         ".yaml": mutate_yaml, ".json": mutate_json, ".gltf": mutate_gltf, ".glb": mutate_glb, ".png": mutate_png,

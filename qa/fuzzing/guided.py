@@ -17,8 +17,8 @@ from random import Random
 from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
-    from benchmarks.fuzzing.readers import Reader
-    from benchmarks.fuzzing.worker import Tally
+    from qa.fuzzing.readers import Reader
+    from qa.fuzzing.worker import Tally
 
 _HERE = Path(__file__).resolve().parents[2]
 _REPORTED = 50
@@ -34,7 +34,7 @@ def missing() -> str:
 
 def run_guided(reader: "Reader", seed: int, inputs: int, seconds: float | None, keep: Path) -> "Tally":
     """So many inputs, or as many as ``seconds`` allow. ``keep``: for those that end badly."""
-    from benchmarks.fuzzing.worker import TRACEBACK, Tally, fast_folder
+    from qa.fuzzing.worker import TRACEBACK, Tally, fast_folder
 
     tally, begin = Tally(), time.monotonic()
     keep.mkdir(parents=True, exist_ok=True)
@@ -48,7 +48,7 @@ def run_guided(reader: "Reader", seed: int, inputs: int, seconds: float | None, 
                 "seconds": left,
             }
             task |= {"home": home, "keep": str(keep)}
-            command = [sys.executable, "-m", "benchmarks.fuzzing.guided", json.dumps(task)]
+            command = [sys.executable, "-m", "qa.fuzzing.guided", json.dumps(task)]
             with Path(home, "log").open("wb") as log:
                 status = subprocess.run(command, cwd=_HERE, stdout=log, stderr=log, check=False).returncode
             report = Path(home, "report.json")
@@ -75,9 +75,9 @@ class Fuzzed:
     """The reader in libFuzzer's process."""
 
     def __init__(self, task: dict[str, str | int | float]) -> None:
-        from benchmarks.fuzzing.inputs import Corpus
-        from benchmarks.fuzzing.readers import READERS
-        from benchmarks.fuzzing.worker import Tally
+        from qa.fuzzing.inputs import Corpus
+        from qa.fuzzing.readers import READERS
+        from qa.fuzzing.worker import Tally
 
         self._reader = READERS[str(task["reader"])]
         self._home, self._keep = Path(str(task["home"])), Path(str(task["keep"]))
@@ -97,7 +97,7 @@ class Fuzzed:
         """One mutation: libFuzzer's of what it found, or ours, which know the format, of a valid file."""
         import atheris
 
-        from benchmarks.fuzzing.containers import by_suffix, mutate_db3
+        from qa.fuzzing.containers import by_suffix, mutate_db3
 
         rng = Random(seed)
         if data and rng.random() < 0.6:
@@ -113,7 +113,7 @@ class Fuzzed:
 
     def one(self, data: bytes) -> None:
         """Read one input."""
-        from benchmarks.fuzzing.worker import measured
+        from qa.fuzzing.worker import measured
 
         if not data:
             return
@@ -151,7 +151,7 @@ def _compiled() -> list[str]:
 def _main() -> NoReturn:
     import atheris
 
-    from benchmarks.fuzzing.worker import limit_memory
+    from qa.fuzzing.worker import limit_memory
 
     task = json.loads(sys.argv[1])
     warnings.simplefilter("ignore")

@@ -6,8 +6,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchmarks.fuzzing import more_seeds as more
-from benchmarks.fuzzing import seeds
+from qa.fuzzing import more_seeds as more
+from qa.fuzzing import seeds
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import yaml
 
-from benchmarks.fuzzing import seeds
 from depthsim.exporting import export
 from depthsim.runs import Run
+from qa.fuzzing import seeds
 
 
 def ros2(folder: Path, kind: str) -> None:

@@ -21,8 +21,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from benchmarks.fuzzing.inputs import Corpus
-from benchmarks.fuzzing.readers import Reader
+from qa.fuzzing.inputs import Corpus
+from qa.fuzzing.readers import Reader
 
 SECONDS = 10
 """What an input may take of the processor, whatever else runs on the machine; a longer one hangs."""

@@ -4,7 +4,7 @@ import bz2
 import struct
 from random import Random
 
-from benchmarks.fuzzing.plain import extreme, mutate_bytes
+from qa.fuzzing.plain import extreme, mutate_bytes
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _BOMBS: dict[str, bytes] = {}

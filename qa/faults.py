@@ -1,4 +1,4 @@
-"""Faults of a sweep, tried and counted: `./run python benchmarks/faults.py --moments 100`.
+"""Faults of a sweep, tried and counted: `./run python qa/faults.py --moments 100`.
 
 Every fault ends in the same check: the same command finishes the sweep, and the target holds the bytes of one that
 nothing happened to. Disks that are full or read-only are small tmpfs, which want root; without, they are left out and

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from random import Random
 
-from benchmarks.fuzzing.containers import by_suffix, mutate_db3
-from benchmarks.fuzzing.plain import WORDS
-from benchmarks.fuzzing.readers import Reader
+from qa.fuzzing.containers import by_suffix, mutate_db3
+from qa.fuzzing.plain import WORDS
+from qa.fuzzing.readers import Reader
 
 
 class Corpus:
