@@ -313,20 +313,3 @@ def test_a_report_adds_its_causes_and_the_gap_follows(browser: "Browser", run: P
             assert guest.errors == []
     finally:
         viewer.stop()
-
-
-def test_from_elsewhere_only_the_token_opens_the_page(browser: "Browser", run: Path, tmp_path: Path) -> None:
-    viewer = Viewer(lambda: open_stage(run), "token", host="0.0.0.0", port=0, folder=tmp_path)
-    try:
-        assert viewer.gate is not None
-        plain = f"http://127.0.0.1:{viewer.gate.port}/"
-        with visit(browser, viewer) as guest:
-            answer = guest.page.goto(plain)
-            assert answer is not None
-            assert answer.status == 403
-            guest.page.goto(f"{plain}?token={viewer.gate.token}")
-            guest.page.get_by_text("64x48").first.wait_for()
-            assert "token" not in guest.page.url
-            assert [error for error in guest.errors if "403" not in error] == []
-    finally:
-        viewer.stop()

@@ -1,6 +1,7 @@
 """What the viewer's page is made of, without a browser."""
 
 import json
+import socket
 import subprocess
 import sys
 import threading
@@ -17,7 +18,7 @@ from depthsim.generate import open_sensor
 from depthsim.raycast import Caster
 from depthsim.sensor import load_profile
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
-from viewer import colours
+from viewer import Stage, Viewer, colours
 from viewer.cloud import make_cloud
 from viewer.controls.ranges import parameter_range
 from viewer.files import place_for
@@ -310,3 +311,19 @@ def test_a_report_that_lacks_something_is_told_in_one_line(tmp_path: Path) -> No
         (folder / "diagnosis.json").write_text(text)
         with pytest.raises(InputError, match="is not JSON"):
             open_stage(folder)
+
+
+def test_the_page_is_for_this_machine_alone(tmp_path: Path) -> None:
+    """Who listens everywhere is reached at 127.0.0.2 too."""
+
+    def broken() -> Stage:
+        raise InputError("run", "", "is broken", "make it again")
+
+    viewer = Viewer(broken, "here", port=0, folder=tmp_path)
+    try:
+        port = int(viewer.url.rstrip("/").rpartition(":")[2])
+        socket.create_connection(("127.0.0.1", port), timeout=10).close()
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection(("127.0.0.2", port), timeout=10)
+    finally:
+        viewer.stop()
