@@ -49,23 +49,6 @@ def test_as_the_command_starts(module: str, error: str, tmp_path: Path) -> None:
     assert ctrl_c(module, then, error) == (130, "", KEPT)
 
 
-IN_A_CALLBACK = """
-import ctypes
-class InACallback(CtrlC):
-    def find_spec(self, name, path, target=None):
-        if name == "numpy":
-            sys.meta_path.remove(self)
-            ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()
-sys.meta_path.insert(0, InACallback())
-"""
-
-
-def test_in_a_callback_that_cannot_raise(tmp_path: Path) -> None:
-    """As numba's compiler has them: Python tells of the error, and goes on."""
-    then = IN_A_CALLBACK + command("generate", "office", "--out", tmp_path / "run")
-    assert ctrl_c("no such module", then) == (130, "", KEPT)
-
-
 def test_a_command_that_keeps_nothing_says_no_more() -> None:
     assert ctrl_c("depthsim.scenefile", command("inspect", "office")) == (130, "", "stopped\n")
 
