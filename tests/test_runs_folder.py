@@ -254,7 +254,7 @@ BROKEN: list[tuple[Callable[[Path], object], str, str]] = [
     (write(FIRST, picture((4, 6))[:-20]), FIRST, "is a damaged PNG"),
     (write(FIRST, picture((6, 4))), FIRST, "is 4x6, the camera is 6x4"),
     (write(FIRST, picture((4, 6), np.uint8)), FIRST, "is 8-bit grey, not 16-bit grey"),
-    (write(FIRST, picture((4, 6, 3))), FIRST, "is 16-bit RGB, not 16-bit grey"),
+    (write(FIRST, picture((4, 6, 3))), FIRST, "is a 16-bit PNG in colour"),
     (write("clean/0.000000.png", picture((4, 6), np.uint8)), "clean/0.000000.png", "not 16-bit grey"),
     (write("material/0.000000.png", picture((4, 6))), "material/0.000000.png", "is 16-bit grey, not 8-bit grey"),
     (write("normal/0.000000.png", picture((4, 6), np.uint8)), "normal/0.000000.png", "not 8-bit RGB"),
