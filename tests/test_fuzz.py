@@ -2,7 +2,6 @@
 
 import json
 import math
-import sqlite3
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -30,7 +29,6 @@ from depthsim.trajectory import resolve_trajectory
 from depthsim.yamlfile import MOST_NODES, parse_yaml
 from qa.fuzzing.documents import mutate_yaml
 from qa.fuzzing.guided import Fuzzed
-from qa.fuzzing.inputs import Corpus
 from qa.fuzzing.readers import READERS
 from qa.fuzzing.worker import ACCEPTED, HANG, REFUSED, TRACEBACK, outcome, run_inputs
 
@@ -55,34 +53,6 @@ def test_a_reader_takes_or_refuses_what_is_broken(name):
     tally = run_inputs(READERS[name], SEED, range(SLOW.get(name, INPUTS)))
     assert tally.failed == 0, tally.bad
     assert tally.counts[REFUSED] > 0  # the inputs are broken, indeed
-
-
-ENDLESS = "WITH RECURSIVE c(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM c) SELECT"
-
-
-@pytest.mark.parametrize(
-    "scheme",
-    [
-        f"ALTER TABLE topics RENAME TO other; CREATE VIEW topics AS {ENDLESS} i AS id, 'a' AS name, 'b' AS type FROM c",
-        f"ALTER TABLE messages RENAME TO other; CREATE VIEW messages AS {ENDLESS} 1 AS topic_id, i AS timestamp,"
-        " zeroblob(1000) AS data FROM c",
-        "ALTER TABLE messages ADD COLUMN more BLOB AS (zeroblob(900000000))",
-    ],
-)
-@pytest.mark.parametrize("share", [0.8, 0.55])
-def test_a_database_that_computes_its_rows_is_refused_even_cut_off(scheme, share, tmp_path):
-    """Cut off, it is read in a way that tells less of its scheme; atheris found one that went on for ever."""
-    corpus = Corpus(READERS["bag sqlite3 file"], tmp_path)
-    index, (name, valid) = next((k, found) for k, found in enumerate(corpus.targets) if found[0].endswith(".db3"))
-    file = tmp_path / name
-    file.write_bytes(valid)
-    base = sqlite3.connect(file)
-    base.executescript(scheme)
-    base.close()
-    changed = file.read_bytes()
-    with corpus.holding(index, changed[: int(share * len(changed))]) as folder:
-        kind, key, _ = outcome(lambda: corpus.reader.read(folder, corpus.out), seconds=5)
-    assert (kind, key) == (REFUSED, "")
 
 
 def test_the_inputs_that_atheris_chooses_are_read_and_counted(tmp_path):

@@ -8,8 +8,8 @@ from typing import Any
 
 from depthsim.errors import InputError
 from depthsim.extras import load_extra
-from depthsim.importing.bombs import unpack, why_unsafe
-from depthsim.importing.salvage import Damaged, Message, has_bomb, salvage
+from depthsim.importing.packed import unpack
+from depthsim.importing.salvage import Damaged, Message, salvage
 
 _SUFFIXES = (".bag", ".mcap", ".db3")
 
@@ -27,15 +27,11 @@ class BagFile:
         self.files = _files(source)
         self.ros1 = self.files[0].suffix.lower() == ".bag"
         self.damage: tuple[Path, str] | None = None
-        listed = source / "metadata.yaml"
-        whole = [source] if listed.exists() else self.files
-        asked = [*self.files, *([listed] if listed.exists() else [])]
-        unsafe = {file for file in asked if (has_bomb(file) if file.suffix == ".bag" else why_unsafe(file))}
-        whole_unsafe = unsafe | ({source} if unsafe else set())
-        self._parts = [None if part in whole_unsafe else _Indexed.open(part, self.ros1) for part in whole]
+        whole = [source] if (source / "metadata.yaml").exists() else self.files
+        self._parts = [_Indexed.open(part, self.ros1) for part in whole]
         if None in self._parts and whole == [source]:  # the list of files is damaged, or one of them is
             whole = self.files
-            self._parts = [None if part in unsafe else _Indexed.open(part, self.ros1) for part in whole]
+            self._parts = [_Indexed.open(part, self.ros1) for part in whole]
         self._places = whole
         self.topics: dict[str, str] = {}
         for part, place in zip(self._parts, whole, strict=True):
