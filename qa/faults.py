@@ -6,7 +6,6 @@ that is said.
 """
 
 import argparse
-import hashlib
 import os
 import random
 import shutil
@@ -27,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.measuring import machine
 from depthsim.errors import InputError
 from depthsim.runs.png import decode_png
+from qa.trees import WHO, tree
 
 SWEEP = """
 name: faults
@@ -56,12 +56,6 @@ def command(file: Path, out: Path, *words: str) -> list[str]:
 
 def call(file: Path, out: Path, *words: str, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command(file, out, *words), capture_output=True, text=True, check=False, env=env)
-
-
-def tree(folder: Path) -> dict[str, str]:
-    """sha256 of every file that does not tell who made what, and how fast."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != "work.parquet")
-    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
 def pictures(out: Path) -> dict[Path, int]:
@@ -96,15 +90,15 @@ class Trial:
         done = call(self.file, folder / "reference")
         if done.returncode:
             raise SystemExit(done.stderr)
-        self.reference = tree(folder / "reference")
+        self.reference = tree(folder / "reference", WHO)
 
     def is_same(self, out: Path) -> bool:
         """Whether a target is what it should be."""
-        return tree(out) == self.reference
+        return tree(out, WHO) == self.reference
 
     def is_wrong(self, driver: "subprocess.Popen[bytes]", out: Path) -> bool:
         """Whether a driver that has ended left something else than it should; what, is printed."""
-        found = tree(out)
+        found = tree(out, WHO)
         names = sorted(name for name in {*found, *self.reference} if found.get(name) != self.reference.get(name))
         if driver.returncode or names:
             shown = ", ".join(f"{name} ({'changed' if found.get(name) else 'missing'})" for name in names[:6])

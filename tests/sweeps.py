@@ -1,9 +1,9 @@
 """A small sweep to try things on, and workers of the test's own process."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-import rooms
 from rooms import ROOM
 
 from depthsim.sweep.events import Event, Job, event_of
@@ -11,6 +11,7 @@ from depthsim.sweep.plan import Plan
 from depthsim.sweep.target import Target
 from depthsim.sweep.work import Maker
 from depthsim.sweep.worker import outcome
+from qa import trees
 
 CAMERA = "{name: small, width: 106, height: 60, fx: 53, fy: 53, cx: 52.5, cy: 29.5, baseline: 0.05, rate: 30}"
 SWEEP = f"""
@@ -39,9 +40,7 @@ def write_sweep(folder: Path, text: str = SWEEP) -> Path:
     return folder / "sweep.yaml"
 
 
-def tree(folder: Path, without: tuple[str, ...] = ("work.parquet",)) -> dict[str, str]:
-    """Every file under a folder by its relative path, as a hash of its bytes; not who made what, and how fast."""
-    return rooms.tree(folder, without)
+tree = partial(trees.tree, without=trees.WHO)
 
 
 class Here:

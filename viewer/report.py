@@ -1,6 +1,5 @@
 """A report as the viewer takes it: the diagnosis, its causes one by one, and where on the scene the gap lies."""
 
-import json
 import os
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from depthsim.gap.result import Diagnosis
 from depthsim.runs.arrays import arrays_of
 from depthsim.sensor import Profile, load_profile
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
-from depthsim.yamlfile import read_model, read_text, validate
+from depthsim.yamlfile import parse_json, read_model, read_text, validate
 
 DIAGNOSIS, ORIGIN, SENSOR, SHARES = "diagnosis.json", "report.yaml", "sensor.yaml", "where.npz"
 
@@ -137,7 +136,7 @@ def _comes_along(name: str) -> bool:
 
 def _read_diagnosis(file: Path) -> Diagnosis:
     try:
-        value = json.loads(read_text(file, "a diagnosis.json"))
-    except (ValueError, RecursionError) as error:
+        value = parse_json(read_text(file, "a diagnosis.json"))
+    except ValueError as error:
         raise InputError(file, "", f"is not JSON ({error})", "run diagnose again") from None
     return validate(Diagnosis, value, file)

@@ -10,6 +10,7 @@ from depthsim.errors import InputError
 from depthsim.extras import load_extra
 from depthsim.importing.packed import unpack
 from depthsim.importing.salvage import Damaged, Message, salvage
+from depthsim.yamlfile import read_mapping
 
 _SUFFIXES = (".bag", ".mcap", ".db3")
 
@@ -27,7 +28,7 @@ class BagFile:
         self.files = _files(source)
         self.ros1 = self.files[0].suffix.lower() == ".bag"
         self.damage: tuple[Path, str] | None = None
-        whole = [source] if (source / "metadata.yaml").exists() else self.files
+        whole = [source] if _has_list(source) else self.files
         self._parts = [_Indexed.open(part, self.ros1) for part in whole]
         if None in self._parts and whole == [source]:  # the list of files is damaged, or one of them is
             whole = self.files
@@ -111,6 +112,14 @@ class _Indexed:
     def close(self) -> None:
         with suppress(Exception):  # rosbags takes what metadata.yaml has under `files` for a list
             self._reader.close()
+
+
+def _has_list(source: Path) -> bool:
+    """Whether a folder has a metadata.yaml that may be read: rosbags' own reader of YAML knows no bound of size."""
+    try:
+        return bool(read_mapping(source / "metadata.yaml", "a metadata.yaml"))
+    except InputError:
+        return False
 
 
 def _topics(file: Path) -> dict[str, str]:

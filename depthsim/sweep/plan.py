@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict
 
 from depthsim.errors import InputError
 from depthsim.sweep.draw import Distribution, uniform, word
+from depthsim.yamlfile import parse_json
 
 VERSION = 1
 
@@ -139,8 +140,8 @@ class Plan(_Planned):
     def from_json(cls, text: str, file: str | Path) -> "Plan":
         """The plan in the text of plan.json; ``file`` is what errors call it."""
         try:
-            return cls.model_validate(json.loads(text))
-        except (ValueError, RecursionError) as error:
+            return cls.model_validate(parse_json(text))
+        except ValueError as error:
             problem = f"is no plan of a sweep ({str(error).splitlines()[0]})"
             raise InputError(
                 file, "", problem, "give another --out; what this target holds cannot be gone on with"

@@ -3,7 +3,6 @@
 import json
 import os
 import socket
-import time
 from functools import lru_cache
 from typing import Any
 
@@ -96,7 +95,7 @@ class RayMakers:
         self._sent: dict[Any, list[Job]] = {}
         self._held: list[Job] = []
         self._alone: set[int] = set()
-        self._seconds, self._begun = 0.0, time.monotonic()
+        self._seconds = 0.0
         self.lost = 0
 
     @property

@@ -143,11 +143,6 @@ class FsspecTarget:
         """Whether depth.txt, the last object of a run, is there."""
         return bool(self._files.exists(self._at(f"{run}/{_DEPTH_LIST}")))
 
-    def remove_run(self, run: str) -> None:
-        """Remove a run's objects."""
-        for name in self._list(run):
-            self._remove(name)
-
     @contextmanager
     def workplace(self, run: str) -> Iterator[Workplace]:
         """A scratch folder that begins with the run's objects and sends every new file when it is whole."""
