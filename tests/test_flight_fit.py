@@ -275,7 +275,7 @@ def test_the_mass_is_given_weighed_assumed_or_asked_for() -> None:
     assert craft_of([log], "crazyflie", 5.0).vehicle.mass == 5.0  # its motors could not lift that
     with pytest.raises(InputError, match="does not tell the mass"):
         craft_of([bare])
-    with pytest.raises(InputError, match="--mass"):
+    with pytest.raises(InputError, match="`mass`"):
         craft_of([log], None, -1.0)
 
 

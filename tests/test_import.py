@@ -122,7 +122,7 @@ def test_a_tum_sequence_as_it_is_downloaded(tmp_path):
     np.testing.assert_array_equal(run.depth_raw(3), depth[3])
     assert run.depth(0)[0, 0] == pytest.approx(1.0)
     nameless = source.rename(tmp_path / "xyz")
-    with pytest.raises(InputError, match=r"has no camera.yaml; give --camera"):
+    with pytest.raises(InputError, match=r"has no camera.yaml; give `camera`"):
         import_recording(nameless, tmp_path / "run2")
 
 
@@ -360,7 +360,7 @@ def test_the_command_keeps_a_cut_bag_and_ends_with_status_2(tmp_path, monkeypatc
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"depth": "/nothing"}, "has no images on /nothing; give --depth, one of /camera"),
+        ({"depth": "/nothing"}, "has no images on /nothing; give `depth`, one of /camera"),
         ({"poses": "/nothing"}, "has no poses on /nothing"),
         ({"camera": "d435"}, "its depth is 32x24, the camera 848x480"),
         ({"depth": "/camera/camera/infra1/image_rect_raw"}, "holds no depth of 16UC1"),

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
 
+from depthsim.cli.scene_tables import render
 from depthsim.materials import Materials
 from depthsim.scenefile import load_scene
 from depthsim.scenefile.hints import origin_hint, size_hint
 from depthsim.scenefile.inspect import SceneReport, inspect_scene
-from depthsim.scenefile.render import render
 from depthsim.scenefile.topology import Topology, topology
 
 trimesh = pytest.importorskip("trimesh")
@@ -146,7 +146,7 @@ def test_names_areas_and_what_is_not_mapped(tmp_path: Path) -> None:
     }
     assert mesh.zero_area == 1 and mesh.topology.duplicate_faces == 1
     assert report.unmapped == ("PlasticBox", "big lamp")
-    assert report.tag_options == ("--tag PlasticBox=plastic", "--tag 'big lamp=plastic'")
+    assert report.tag_guesses == {"PlasticBox": "plastic", "big lamp": "plastic"}
     text = text_of(report)
     for word in (
         "not mapped",
@@ -159,13 +159,12 @@ def test_names_areas_and_what_is_not_mapped(tmp_path: Path) -> None:
         assert word in text
 
 
-def test_the_tag_options_work_as_they_stand(tmp_path: Path) -> None:
+def test_the_tag_guesses_work_as_they_stand(tmp_path: Path) -> None:
     faces = "".join(f"usemtl n{i}\nf 1 2 3\n" for i in range(40)) + "usemtl cement\nf 1 2 3\n"
     (tmp_path / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" + faces)
     report = inspect_scene(tmp_path / "m.obj", materials=MATERIALS)
-    assert len(report.unmapped) == 41 and len(report.tag_options) == 12
-    options = dict(option.removeprefix("--tag ").strip("'").split("=") for option in report.tag_options)
-    assert load_scene(tmp_path / "m.obj", tags=options, materials=MATERIALS).tags == ("plastic",)
+    assert len(report.unmapped) == 41 and len(report.tag_guesses) == 12
+    assert load_scene(tmp_path / "m.obj", tags=report.tag_guesses, materials=MATERIALS).tags == ("plastic",)
 
 
 def test_a_scene_file_with_several_meshes(tmp_path: Path) -> None:
@@ -188,8 +187,8 @@ def test_a_scene_file_with_several_meshes(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("width", "words"),
     [
-        (4000, "4,000 m wide: is the file in other units? --units mm or"),
-        (9e4, "--units mm"),
+        (4000, "4,000 m wide: is the file in other units? `units` mm or"),
+        (9e4, "`units` mm"),
         (0.05, "0.05 m"),
     ],
 )
@@ -213,9 +212,9 @@ def test_far_from_the_origin_is_told() -> None:
 def test_a_floor_across_y_is_told(tmp_path: Path) -> None:
     floor = np.array([[-5, 0, -5], [5, 0, -5], [5, 0, 5], [-5, 0, 5], [0, 3, 0], [1, 3, 0]], dtype=float)
     path = write(tmp_path, np.array([[0, 2, 1], [0, 3, 2], [0, 4, 5]]), floor)
-    assert any("--up y" in hint for hint in inspect_scene(path, materials=MATERIALS).hints)
-    assert not any("--up y" in hint for hint in inspect_scene(path, up="y", materials=MATERIALS).hints)
-    assert not any("--up y" in hint for hint in inspect_scene(path, up="z", materials=MATERIALS).hints)
+    assert any("`up` y" in hint for hint in inspect_scene(path, materials=MATERIALS).hints)
+    assert not any("`up` y" in hint for hint in inspect_scene(path, up="y", materials=MATERIALS).hints)
+    assert not any("`up` y" in hint for hint in inspect_scene(path, up="z", materials=MATERIALS).hints)
 
 
 def test_markup_in_names_is_text(tmp_path: Path) -> None:

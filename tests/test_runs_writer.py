@@ -190,7 +190,7 @@ def test_another_run_is_not_written_over(tmp_path, change, problem):
     with pytest.raises(InputError) as error:
         open_writer(tmp_path, **change)
     assert f"{tmp_path}/{problem}" in str(error.value)
-    assert str(error.value).endswith("give another --out, or --overwrite")
+    assert str(error.value).endswith("give another `path`, or `overwrite`")
     assert tree(tmp_path) == before
 
 

@@ -80,7 +80,7 @@ def sweep(
 def faster(path: Trajectory, speed: float, rate: float) -> Trajectory:
     """The same way ``speed`` times as fast, sampled at ``rate`` [Hz]; at speed 1 the poses as they are."""
     if not (np.isfinite(speed) and speed > 0):
-        raise InputError("--speeds", str(speed), "is no speed", "give factors such as 0.5,1,2")
+        raise InputError("`speeds`", str(speed), "is no speed", "give factors such as 0.5,1,2")
     if speed == 1:
         return path
     start = path.stamps[0]

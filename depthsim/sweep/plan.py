@@ -144,7 +144,7 @@ class Plan(_Planned):
         except ValueError as error:
             problem = f"is no plan of a sweep ({str(error).splitlines()[0]})"
             raise InputError(
-                file, "", problem, "give another --out; what this target holds cannot be gone on with"
+                file, "", problem, "give another `target`; what this target holds cannot be gone on with"
             ) from None
 
     @cached_property
@@ -153,7 +153,7 @@ class Plan(_Planned):
         return hashlib.sha256(self.to_json().encode()).hexdigest()
 
 
-_KEEP = "; put it back to finish this sweep, or give another --out for a new one"
+_KEEP = "; put it back to finish this sweep, or give another `target` for a new one"
 
 
 def refuse_changed(old: Plan, new: Plan, target: str) -> None:
@@ -162,7 +162,7 @@ def refuse_changed(old: Plan, new: Plan, target: str) -> None:
         return
     if old.depthsim != new.depthsim:
         problem = f"was begun by depthsim {old.depthsim}, this is {new.depthsim}"
-        raise InputError(target, "", problem, "finish it by that version, or give another --out")
+        raise InputError(target, "", problem, "finish it by that version, or give another `target`")
     for what in ("scenes", "profiles"):
         before, now = ({item.name: item for item in getattr(plan, what)} for plan in (old, new))
         if list(before) == list(now):

@@ -51,7 +51,7 @@ def _knock(address: str) -> None:
         socket.create_connection((host.strip("[]"), int(port)), timeout=_KNOCK).close()
     except (OSError, OverflowError) as error:
         problem = f"no cluster ({error})"
-        raise InputError(f"--ray {address}", "", problem, "give the address of a cluster that runs") from None
+        raise InputError(f"`address` {address}", "", problem, "give the address of a cluster that runs") from None
 
 
 def _connect(ray: Any, keys: dict[str, Any]) -> None:
@@ -65,8 +65,8 @@ def _connect(ray: Any, keys: dict[str, Any]) -> None:
             ray.shutdown()
             if not left:
                 problem = f"no cluster ({' '.join(str(error).split())[:200]})"
-                mend = "give the address of a cluster that runs, or leave --ray out"
-                raise InputError(f"--ray {keys['address']}", "", problem, mend) from None
+                mend = "give the address of a cluster that runs, or leave `address` out"
+                raise InputError(f"`address` {keys['address']}", "", problem, mend) from None
 
 
 class RayMakers:

@@ -67,7 +67,7 @@ class FsspecTarget:
         others = sorted(name for name in names - {LOCK, SCENES, _JOURNAL} if not is_leftover(name))
         if others and self.read(PLAN) is None:
             problem = f"holds {others[0]} and is not a sweep that depthsim made"
-            raise InputError(self.url, "", problem, "give another --out")
+            raise InputError(self.url, "", problem, "give another `target`")
 
     def _relative(self, path: str) -> str:
         return path[len(self._root.rstrip("/")) + 1 :]

@@ -109,7 +109,7 @@ class LocalTarget:
         others = sorted(f.name for f in self.root.iterdir() if f.name not in _OWN and not is_leftover(f.name))
         if others:
             problem = f"holds {others[0]} and is not a sweep that depthsim made"
-            raise InputError(self.root, "", problem, "give another --out, or an empty folder")
+            raise InputError(self.root, "", problem, "give another `target`, or an empty folder")
 
     def read(self, name: str) -> bytes | None:
         """A file's bytes."""

@@ -95,8 +95,8 @@ BROKEN: dict[str, Broken] = {
     "index is a word": Broken("index.obj", SQUARE + "f 1 2 x\n", ("line 5", "'f 1 2 x'", "mend that line")),
     "no face has an area": Broken("flat.obj", SQUARE + "f 1 1 2\nf 1 2 2\n", ("2 faces has an area", "export")),
     "binary rubbish": Broken("rubbish.obj", bytes(range(256)) * 9, ("has no faces", "export")),
-    "too large": Broken("huge.obj", "v 0 0 0\nv 1e7 0 0\nv 0 1 0\nf 1 2 3\n", ("1e+07 m wide", "--units", "scale")),
-    "too small": Broken("tiny.obj", "v 0 0 0\nv 1e-6 0 0\nv 0 1e-6 0\nf 1 2 3\n", ("1e-06 m wide", "--units", "scale")),
+    "too large": Broken("huge.obj", "v 0 0 0\nv 1e7 0 0\nv 0 1 0\nf 1 2 3\n", ("1e+07 m wide", "`units`", "scale")),
+    "too small": Broken("tiny.obj", "v 0 0 0\nv 1e-6 0 0\nv 0 1e-6 0\nf 1 2 3\n", ("1e-06 m wide", "`units`", "scale")),
     "LFS pointer": Broken("lfs.glb", "version https://git-lfs.github.com/spec/v1\n", ("Git LFS", "git lfs pull")),
     "unknown kind": Broken("scene.fbx", b"Kaydara FBX", (".fbx", ".obj", ".glb", ".yaml")),
     "no ending": Broken("scene", b"v 0 0 0", ("no ending", ".obj")),
@@ -104,21 +104,21 @@ BROKEN: dict[str, Broken] = {
     "unknown names": Broken(
         "names.obj",
         SQUARE + "usemtl lambert1\nf 1 2 3\nusemtl phong\nf 1 3 4\nf 1 2 4\n",
-        ("phong (2 faces), lambert1 (1 face)", "--tag NAME=TAG", "tags:", "cement"),
+        ("phong (2 faces), lambert1 (1 face)", "`tags` NAME=TAG", "tags:", "cement"),
     ),
-    "no material": Broken("bare.obj", SQUARE + "f 1 2 3\n", ("(none) (1 face)", "--tag NAME=TAG")),
+    "no material": Broken("bare.obj", SQUARE + "f 1 2 3\n", ("(none) (1 face)", "`tags` NAME=TAG")),
     "unknown tag by option": Broken(
         "box.obj",
         MESH["box.obj"],
-        ("--tag cement=lava", "no tag 'lava'", "cement"),
+        ("`tags` cement=lava", "no tag 'lava'", "cement"),
         options={"tags": {"cement": "lava"}},
     ),
     "unknown tag of a scene": Broken("s.yaml", SCENE + "tags: {x: lava}\n", ("tags.x", "'lava'", "cement"), MESH),
     "unknown tag of a mesh": Broken(
         "s.yaml", "meshes: [{file: box.obj, tags: {x: lava}}]\n", ("meshes.0.tags.x", "'lava'", "cement"), MESH
     ),
-    "unknown unit": Broken("box.obj", MESH["box.obj"], ("--units yard", "m, cm"), options={"units": "yard"}),
-    "unknown axis": Broken("box.obj", MESH["box.obj"], ("--up x", "z, y"), options={"up": "x"}),
+    "unknown unit": Broken("box.obj", MESH["box.obj"], ("`units` yard", "m, cm"), options={"units": "yard"}),
+    "unknown axis": Broken("box.obj", MESH["box.obj"], ("`up` x", "z, y"), options={"up": "x"}),
     # PLY
     "not a PLY": Broken("rubbish.ply", bytes(range(256)), ("not a PLY", "end_header")),
     "PLY without format": Broken("f.ply", PLY.format("ascii").replace("format ascii 1.0\n", ""), ("format", "again")),

@@ -1,9 +1,12 @@
 """A report on a scene as tables for the terminal."""
 
+import shlex
+
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
+from depthsim.cli.flags import in_flags
 from depthsim.scenefile.inspect import MeshReport, SceneReport
 from depthsim.scenefile.tagging import shown
 
@@ -25,10 +28,15 @@ def render(report: SceneReport) -> RenderableType:
         lines.append(
             f"[yellow]not mapped[/] to a tag: {len(report.unmapped)} of the names. A guess to copy and correct:"
         )
-        lines.append(escape("  " + " \\\n  ".join(report.tag_options)))
+        lines.append(escape("  " + " \\\n  ".join(tag_options(report))))
         lines.append(f"`*` stands for all others; the tags are {escape(', '.join(report.tags))}")
-    lines += [f"[yellow]hint[/] {escape(hint)}" for hint in report.hints]
+    lines += [f"[yellow]hint[/] {escape(in_flags(hint))}" for hint in report.hints]
     return Group(*lines)
+
+
+def tag_options(report: SceneReport) -> list[str]:
+    """The guesses as options, quoted for the shell."""
+    return [f"--tag {shlex.quote(f'{name}={tag}')}" for name, tag in report.tag_guesses.items()]
 
 
 def _materials(report: SceneReport) -> Table:
