@@ -14,6 +14,7 @@ from shapes import Array, as_scene, box, camera, quad, sphere, wall
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from depthsim.gap.flight.effects import EFFECTS as FLIGHT_EFFECTS
 from depthsim.materials import Materials
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Profile, Sensor, Stage, effect_class, effect_ids, load_profile
@@ -21,7 +22,7 @@ from depthsim.sensor.effect import neutral_value
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.sensor import Measurement
 from depthsim.trajectory import Trajectory
-from docs.effects import page
+from docs.effects import formats, page
 
 # fmt: off
 WANTED = {
@@ -279,5 +280,8 @@ def test_the_profiles_of_real_cameras(name: str, tmp_path: Path) -> None:
 def test_the_page_of_the_effects_is_up_to_date() -> None:
     folder = Path(__file__).parents[1] / "docs"
     assert (folder / "effects.md").read_text(encoding="utf-8") == page(), "run docs/effects.py"
+    text = (folder / "formats.md").read_text(encoding="utf-8")
+    assert text == formats(text), "run docs/effects.py"
+    assert [name for name in FLIGHT_EFFECTS if name not in text] == []
     missing = [i for i in effect_ids() if not (folder / "pictures" / "effects" / f"{i}.png").is_file()]
     assert not missing, "run docs/effects.py"
