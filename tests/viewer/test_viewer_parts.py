@@ -211,7 +211,7 @@ begun.wait()
 def test_a_process_ends_after_the_job_that_is_under_way() -> None:
     """A thread that is ended in the ray caster takes the process with it, by SIGSEGV or SIGABRT."""
     command = [sys.executable, "-c", ENDS_WITH_A_JOB_UNDER_WAY]
-    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=Path(__file__).parents[1])
+    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=Path(__file__).parents[2])
     assert (result.returncode, result.stdout, result.stderr) == (0, "done\n", "")
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from flights import drift, random_quaternion, state, vehicle
 from scipy.spatial.transform import Rotation
 
 from depthsim.flight.constants import GRAVITY
@@ -11,7 +12,6 @@ from depthsim.flight.ground_effect import ground_factor
 from depthsim.flight.paths import Circle, Hover, Lemniscate
 from depthsim.flight.reference import make_reference
 from depthsim.flight.wind import ConstantWind, Gusts, make_air
-from tests.flights import drift, random_quaternion, state, vehicle
 
 NONE = {"law": "none"}
 LAWS = [

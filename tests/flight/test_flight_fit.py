@@ -20,7 +20,7 @@ from depthsim.flight.log import FlightLog, write_flight
 from depthsim.flight.nanobench import read_any
 from depthsim.flight.vehicle import Vehicle, load_vehicle
 
-NANOBENCH = Path(__file__).parents[1] / "../shared/data/flight_nanobench"
+NANOBENCH = Path(__file__).parents[2] / "../shared/data/flight_nanobench"
 G, MASS, ARM = 9.80665, 1.2, 0.2
 Force = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """Body velocity (N, 3), rates (N, 3) and rotor thrusts (N, 4) to a body force (N, 3)."""

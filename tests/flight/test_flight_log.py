@@ -13,7 +13,7 @@ from depthsim.errors import InputError
 from depthsim.flight.log import FlightLog, rates_from_attitude, read_flight, write_flight
 from depthsim.flight.nanobench import read_any, read_nanobench
 
-NANOBENCH = Path(__file__).parents[1] / "../shared/data/flight_nanobench"
+NANOBENCH = Path(__file__).parents[2] / "../shared/data/flight_nanobench"
 
 
 def a_log(n: int = 40, seed: int = 0) -> FlightLog:

@@ -27,7 +27,7 @@ from depthsim.presets import preset
 from depthsim.runs import Run
 from depthsim.sensor import Sensor, effect_ids, load_profile
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 KINDS = [kind for kinds in [*formulas.FORMULAS.values(), *formulas.OUTSIDE.values()] for kind in kinds]
 
 

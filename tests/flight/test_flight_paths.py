@@ -4,6 +4,7 @@ from pathlib import Path as File
 
 import numpy as np
 import pytest
+from flights import random_quaternion, vehicle
 from scipy.spatial.transform import Rotation
 
 from depthsim.errors import InputError
@@ -16,7 +17,6 @@ from depthsim.flight.paths import Circle, Hover, Lemniscate, Path, Shuttle
 from depthsim.flight.pathspec import parse_path, resolve_path
 from depthsim.flight.reference import make_reference, quaternion_of
 from depthsim.flight.wind import make_air
-from tests.flights import random_quaternion, vehicle
 
 POINTS = ((0, 0, 1), (6, 3, 2), (10, -2, 3), (3, -5, 1.5), (0, -1, 2))
 PATHS: dict[str, Path] = {

@@ -355,7 +355,7 @@ def test_the_papers_materials_are_the_texts_and_keep_table_1() -> None:
 
 @cache
 def make_script() -> ModuleType:
-    path = Path(__file__).parents[1] / "scenes" / "make.py"
+    path = Path(__file__).parents[2] / "scenes" / "make.py"
     spec = importlib.util.spec_from_file_location("scenes_make", path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

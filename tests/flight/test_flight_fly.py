@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from flights import vehicle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from shapes import as_scene, box, quad, soup, sphere
 
 from depthsim.errors import InputError
 from depthsim.flight.constants import GRAVITY
@@ -24,8 +26,6 @@ from depthsim.flight.spec import fly_spec, open_ride
 from depthsim.flight.vehicle import load_vehicle
 from depthsim.flight.wind import ConstantWind, Gusts
 from depthsim.trajectory import read_tum
-from tests.flights import vehicle
-from tests.shapes import as_scene, box, quad, soup, sphere
 
 WALL = as_scene(quad((3, -5, -5), (0, 10, 0), (0, 0, 10)))
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapes import Array, as_scene, box, camera, quad, sphere, wall
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from depthsim.gap.flight.effects import EFFECTS as FLIGHT_EFFECTS
 from depthsim.materials import Materials
@@ -278,7 +278,7 @@ def test_the_profiles_of_real_cameras(name: str, tmp_path: Path) -> None:
 
 
 def test_the_page_of_the_effects_is_up_to_date() -> None:
-    folder = Path(__file__).parents[1] / "docs"
+    folder = Path(__file__).parents[2] / "docs"
     assert (folder / "effects.md").read_text(encoding="utf-8") == page(), "run docs/effects.py"
     text = (folder / "formats.md").read_text(encoding="utf-8")
     assert text == formats(text), "run docs/effects.py"

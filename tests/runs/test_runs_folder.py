@@ -14,7 +14,7 @@ from depthsim.runs.layout import decode_normals, encode_normals
 from depthsim.runs.png import encode_png
 from depthsim.trajectory import Trajectory, write_tum
 
-FLOOR = Path(__file__).parents[2] / "shared" / "data" / "d435_floor"
+FLOOR = Path(__file__).parents[3] / "shared" / "data" / "d435_floor"
 CAMERA = Camera(name="small", width=6, height=4, fx=5, fy=5, cx=2.5, cy=1.5, baseline=0.05, rate=10)
 STAMPS = np.array([0.0, 0.1, 0.2, 0.4])
 DEPTH = np.arange(24, dtype=np.uint16).reshape(4, 6) * 100

@@ -13,7 +13,7 @@ from depthsim.material_fit import fit_curve, measure_run
 from depthsim.runs.folder import Run
 from depthsim.scene import Scene
 
-FLOOR_RUN = Path(__file__).parents[1] / "../shared/data/d435_floor"
+FLOOR_RUN = Path(__file__).parents[2] / "../shared/data/d435_floor"
 
 
 @pytest.mark.parametrize(("masks", "tilt"), [(False, 0.0), (True, 0.0), (False, 0.3)])

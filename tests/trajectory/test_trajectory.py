@@ -24,7 +24,7 @@ from depthsim.trajectory import (
 from depthsim.trajectory.motion import Motion
 from depthsim.trajectory.rotation import rotation_matrices, slerp, view_rotations
 
-FLOOR = Path(__file__).parents[1] / "../shared/data/d435_floor/groundtruth.txt"
+FLOOR = Path(__file__).parents[2] / "../shared/data/d435_floor/groundtruth.txt"
 HERE = Path("scene.yaml")
 
 quick = settings(max_examples=60, deadline=None)

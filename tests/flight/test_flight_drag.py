@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from flights import vehicle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -11,7 +12,6 @@ from scipy.spatial.transform import Rotation
 from depthsim.flight.constants import GRAVITY
 from depthsim.flight.drag import LAWS, hover_tangent
 from depthsim.flight.vehicle import Vehicle, load_vehicle, vehicle_names
-from tests.flights import vehicle
 
 seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 quick = settings(max_examples=40, deadline=None)

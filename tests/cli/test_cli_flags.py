@@ -13,7 +13,7 @@ from depthsim.cli import app, flags
 from depthsim.errors import InputError
 from depthsim.scenefile import load_scene
 
-ROOT = Path(__file__).parents[1] / "depthsim"
+ROOT = Path(__file__).parents[2] / "depthsim"
 COMMANDS = get_command(app).commands  # type: ignore[attr-defined]
 LIBRARY = [file for file in sorted(ROOT.rglob("*.py")) if file.relative_to(ROOT).parts[0] not in ("cli", "gap")]
 FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*")

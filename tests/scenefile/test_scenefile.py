@@ -200,7 +200,7 @@ def test_a_run_folder_has_its_scene_file_before_its_mesh(tmp_path: Path) -> None
 
 
 def test_the_recorded_floor() -> None:
-    run = Path(__file__).parents[2] / "shared/data/d435_floor"
+    run = Path(__file__).parents[3] / "shared/data/d435_floor"
     if not run.is_dir():
         pytest.skip("the shared data is not beside the repository")
     scene = load_scene(run, materials=MATERIALS)
