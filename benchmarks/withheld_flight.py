@@ -36,6 +36,7 @@ from benchmarks.withheld_flight_data import (
     random_path,
     with_columns,
 )
+from benchmarks.withheld_score.score import wilson
 from depthsim.flight.log import FlightLog
 from depthsim.flight.vehicle import Vehicle, load_vehicle
 from depthsim.gap.flight import Flown, examine
@@ -111,7 +112,6 @@ def one_rotor(rng: Rng, k: float) -> Truth:
 
 
 ALL = ("circle", "lemniscate", "shuttle", "hops")
-FAST = ("circle", "lemniscate", "shuttle")
 SCALES = ("thrust_scale", "mass", "rotor_thrust_difference")
 EFFECTS = (
     Effect("rotor_drag", lambda r, k: one_of(
@@ -255,14 +255,10 @@ def fly_case(
     return case
 
 
-def wilson(good: int, count: int) -> str:
+def share(good: int, count: int) -> str:
     """A share with Wilson's 95 % interval."""
-    if not count:
-        return "-"
-    z, p = 1.96, good / count
-    middle = (p + z * z / (2 * count)) / (1 + z * z / count)
-    half = z / (1 + z * z / count) * np.sqrt(p * (1 - p) / count + z * z / (4 * count**2))
-    return f"{p:.0%} ({max(middle - half, 0):.0%} to {min(middle + half, 1):.0%}), {good} of {count}"
+    low, high = wilson(good, count)
+    return f"{good / count:.0%} ({low:.0%} to {high:.0%}), {good} of {count}" if count else "-"
 
 
 def single(console: Console, logs: int, seed: int, source: str) -> None:
@@ -287,7 +283,7 @@ def single(console: Console, logs: int, seed: int, source: str) -> None:
     console.print(table)
     seen = [case for case in cases if case.visible and case.strength != "weak"]
     console.print(
-        f"named first or in a tie of two, medium and strong: {wilson(sum(map(named, seen)), len(seen))}; aim 95 %"
+        f"named first or in a tie of two, medium and strong: {share(sum(map(named, seen)), len(seen))}; aim 95 %"
     )
     closed = [case.flown.diagnosis.gap.closed_fraction for case in seen]
     console.print(f"closed fraction on held-out time, median: {np.median(closed):.3f}; aim 0.9")
@@ -328,7 +324,7 @@ def unknown(console: Console, logs: int, seed: int, source: str) -> None:
         table.add_row(effect.name, f"{sum(right)} of {len(mine)}", str(told), str(fits))
         misses += [(effect.name, case) for case, ok in zip(mine, right, strict=True) if not ok]
     console.print(table)
-    console.print(f"told as unexplained, right axis in the first two: {wilson(good, total)}; aim 90 %")
+    console.print(f"told as unexplained, right axis in the first two: {share(good, total)}; aim 90 %")
     for name, case in misses:
         diagnosis = case.flown.diagnosis
         axes = [cut.axis for cut in diagnosis.unexplained.where[:2]] if diagnosis.unexplained else []
@@ -349,7 +345,7 @@ def none(console: Console, logs: int, seed: int, source: str) -> None:
         for index in range(10 * logs)
     ]
     false = [case for case in cases if case.flown.diagnosis.verdict != "no_gap"]
-    console.print(f"no effect at all, a gap claimed: {wilson(len(false), len(cases))}; aim under 2 %")
+    console.print(f"no effect at all, a gap claimed: {share(len(false), len(cases))}; aim under 2 %")
     for case in false:
         where = [cut.axis for cut in case.flown.diagnosis.where]
         console.print(f"    {case.flown.diagnosis.verdict} {case.first} {where} {case.flown.diagnosis.gap}")
@@ -375,7 +371,7 @@ def pairs(console: Console, logs: int, seed: int, source: str) -> None:
         closed = np.median([case.flown.diagnosis.gap.closed_fraction for case in cases])
         table.add_row(f"{one} + {other}", f"{found.count(2)} of {len(found)}", str(found.count(1)), f"{closed:.2f}")
     console.print(table)
-    console.print(f"both named: {wilson(both, total)}")
+    console.print(f"both named: {share(both, total)}")
 
 
 def real(console: Console, logs: int, seed: int, source: str) -> None:

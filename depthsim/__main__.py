@@ -14,7 +14,6 @@ _KEPT = {
 
 def main() -> None:
     """Run the command line. A fault of the input is one line on stderr and exit status 2, Ctrl-C one line and 130."""
-    before, sys.unraisablehook = sys.unraisablehook, _once_more
     try:
         _run()
     except BaseException as error:
@@ -22,8 +21,6 @@ def main() -> None:
             raise
         print(f"stopped{_KEPT.get(''.join(sys.argv[1:2]), '')}", file=sys.stderr)
         sys.exit(_INTERRUPTED)
-    finally:
-        sys.unraisablehook = before
 
 
 def _run() -> None:
@@ -46,26 +43,11 @@ def _run() -> None:
         sys.exit(1)
 
 
-def _once_more(lost: "sys.UnraisableHookArgs") -> None:
-    """Where Ctrl-C falls into a place that cannot raise, such as a callback of numba's compiler, press it again."""
-    if not isinstance(lost.exc_value, KeyboardInterrupt):
-        sys.__unraisablehook__(lost)
-        return
-    import _thread
-    import threading
-
-    threading.Timer(0.05, _thread.interrupt_main).start()
-
-
-def _is_interrupt(error: BaseException | None) -> bool:
-    """Whether Ctrl-C is at the root of an error: whoever it falls upon may raise another for it."""
-    if isinstance(error, SystemExit) and error.code == _INTERRUPTED:  # typer's, which says nothing
-        return True
-    for _ in range(100):  # a chain of causes may be a ring
-        if error is None or isinstance(error, KeyboardInterrupt):
-            break
-        error = error.__cause__ or error.__context__
-    return isinstance(error, KeyboardInterrupt)
+def _is_interrupt(error: BaseException) -> bool:
+    """Whether Ctrl-C is behind an error: in the making of a class Python raises another for it; typer exits by 130."""
+    if isinstance(error, SystemExit):
+        return error.code == _INTERRUPTED
+    return any(isinstance(one, KeyboardInterrupt) for one in (error, error.__cause__, error.__context__))
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ def reconstruct(
     unknown tag; and where nothing was seen often enough.
     """
     if tag not in load_materials():
-        raise InputError("--tag", tag, "is no material", "give a tag of materials.yaml")
+        raise InputError("`tag`", tag, "is no material", "give a tag of materials.yaml")
     truth = poses or run.trajectory
     at = truth.at(run.stamps)
     same = out.absolute() == run.path.absolute()
@@ -120,7 +120,7 @@ def fuse(
         faces = mesh.triangle.indices.numpy().astype(np.uint32) if len(mesh.vertex) else faces
     if not len(faces):
         problem = f"has no surface nearer than {depth_max:g} m that {least_views} frames have seen"
-        raise InputError(run.path, "", problem, "give more frames, better poses, or a larger --depth-max")
+        raise InputError(run.path, "", problem, "give more frames, better poses, or a larger `depth_max`")
     vertices = mesh.vertex.positions.numpy().astype(np.float64)
     return Scene(f"{run.path.absolute().name} fused", vertices, faces, np.zeros(len(faces), np.uint8), (tag,))
 
@@ -142,9 +142,9 @@ def _masks(
 
 def _refuse_scene(run: Run) -> None:
     if run.scene is not None:
-        raise InputError(run.path, run.scene.name, "is a scene already", "give --out, a new folder")
+        raise InputError(run.path, run.scene.name, "is a scene already", "give `out`, a new folder")
     if (run.path / "mask").is_dir():
-        raise InputError(run.path, "mask", "is there already", "give --out, a new folder")
+        raise InputError(run.path, "mask", "is there already", "give `out`, a new folder")
 
 
 def _copy(run: Run, folder: Path) -> None:

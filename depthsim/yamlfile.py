@@ -1,5 +1,6 @@
 """Reading YAML into pydantic models, with every fault told as one line that names the file, the place and the mend."""
 
+import json
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -111,6 +112,14 @@ def parse_yaml(text: str, path: Path) -> Any:
         place = f"line {min(mark.line, text.count(chr(10))) + 1}" if mark else ""  # libyaml counts the end as one
         problem = getattr(error, "problem", None) or str(error)
         raise InputError(path, place, f"is not YAML ({problem})", "mend the syntax there") from None
+
+
+def parse_json(text: str | bytes) -> Any:
+    """The plain value that JSON text holds; ValueError, and no other, for what is not JSON or nests without end."""
+    try:
+        return json.loads(text)
+    except RecursionError as error:
+        raise ValueError(str(error)) from None
 
 
 def read_mapping(path: Path, what: str) -> dict[str, Any]:

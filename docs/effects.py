@@ -1,4 +1,7 @@
-"""Make docs/effects.md from the registry: `./run python docs/effects.py`; `--text` leaves the pictures as they are."""
+"""Make docs/effects.md, and the table of ids in docs/formats.md, from the registry: `./run python docs/effects.py`.
+
+`--text` leaves the pictures as they are.
+"""
 
 import argparse
 import sys
@@ -43,6 +46,9 @@ STAGES = {
     Stage.MISSING: "depths that are not returned",
     Stage.PROCESSING: "what is done to the finished picture",
 }
+BEGIN, END = "<!-- effects -->", "<!-- end -->"
+"""Around the table of ids in docs/formats.md."""
+BAR = r"\|"
 HEAD = """# The effects
 
 Made by `docs/effects.py` from the code; do not edit. An effect stands in a sensor profile as `- id`, with its default
@@ -99,6 +105,16 @@ def entry(kind: type[Effect]) -> str:
         ]
         rows.append("| " + " | ".join([*cells, info.description or "", extra["source"]]) + " |")
     return "\n".join([*text, *rows, "", f"Source: {kind.source}.\n"])
+
+
+def formats(text: str) -> str:
+    """The text of docs/formats.md with the table of ids as it is now."""
+    rows = ["| id | what it is |", "| --- | --- |"]
+    for effect_id in effect_ids():
+        about = " ".join((effect_class(effect_id).__doc__ or "").split()).partition(". ")[0].rstrip(".")
+        rows.append(f"| [{effect_id}](effects.md#{effect_id}) | {about.replace('|', BAR).replace('``', '`')} |")
+    head, tail = text.split(BEGIN, maxsplit=1)[0], text.split(END)[1]
+    return f"{head}{BEGIN}\n{chr(10).join(rows)}\n{END}{tail}"
 
 
 def number(value: Any) -> str:
@@ -163,6 +179,8 @@ def main() -> None:
             picture = Image.fromarray(studio.picture(effect_class(effect_id)))
             picture.quantize(255, dither=Image.Dither.NONE).save(PICTURES / f"{effect_id}.png", optimize=True)
     (OUT / "effects.md").write_text(page(), encoding="utf-8")
+    text = (OUT / "formats.md").read_text(encoding="utf-8")
+    (OUT / "formats.md").write_text(formats(text), encoding="utf-8")
     print(f"{OUT / 'effects.md'}: {len(effect_ids())} effects", file=sys.stderr)
 
 

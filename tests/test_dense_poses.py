@@ -11,7 +11,6 @@ from shutil import copy, copytree
 import numpy as np
 import pytest
 from recordings import write_room
-from rooms import tree
 from scipy.spatial.transform import Rotation
 from shapes import look_at
 from typer.testing import CliRunner
@@ -36,6 +35,7 @@ from depthsim.sensor.motion import Motion
 from depthsim.slam.results import read_rows
 from depthsim.slam.sweep import faster
 from depthsim.trajectory import Trajectory, write_tum
+from qa.trees import tree
 
 CAMERA = Camera(name="small", width=80, height=60, fx=45, fy=45, cx=39.5, cy=29.5, baseline=0.05, rate=10)
 FRAMES, START = 24, 1_700_000_000.0

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rooms import ROOM, tree
+from rooms import ROOM
 
 from depthsim.camera import Camera
 from depthsim.errors import InputError
@@ -22,6 +22,7 @@ from depthsim.runs import Run
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
 from depthsim.trajectory import resolve_trajectory
+from qa.trees import tree
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 MATERIALS = Materials({tag: Material(m=m) for tag, m in (("cement", 0.35), ("plastic", 0.85))})

@@ -1,7 +1,6 @@
-"""The server: one page for every browser that comes, on this machine alone unless it is asked for more."""
+"""The server: one page for every browser that comes, on this machine alone; from elsewhere `ssh -L` leads here."""
 
 import io
-import ipaddress
 import threading
 import warnings
 from collections.abc import Callable
@@ -11,17 +10,18 @@ from pathlib import Path
 import viser
 
 from depthsim.errors import InputError
-from viewer.gate import Gate
 from viewer.session import Session
 from viewer.stage import Stage
 from viewer.status import error_html
+
+_HOST = "127.0.0.1"
+"""viser has no say in who may connect, so that nobody elsewhere may."""
 
 
 class Viewer:
     """Serves a stage to any number of browsers, each with settings of its own.
 
     open_stage: opens what is on show. Where that fails the page says why, and tries again for the next browser.
-    host: 127.0.0.1 keeps the page on this machine; any other wants a token, which :attr:`url` carries.
     port: the first free one from here is taken. folder: where the page may save files.
     """
 
@@ -29,7 +29,6 @@ class Viewer:
         self,
         open_stage: Callable[[], Stage],
         title: str,
-        host: str = "127.0.0.1",
         port: int = 8080,
         folder: Path = Path("viewer_files"),
     ) -> None:
@@ -37,26 +36,18 @@ class Viewer:
         self._stage: Stage | None = None
         self._opening, self.sessions = threading.Lock(), dict[int, Session]()
         self.error: InputError | None = None
-        private = is_local(host)
         # A browser that goes away takes its page with it, and what was under way for it has nowhere to go.
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
         with redirect_stdout(io.StringIO()):  # viser greets on stdout, whatever `verbose` says
-            self._server = viser.ViserServer(
-                host=host if private else "127.0.0.1", port=port if private else 0, label=title, verbose=False
-            )
-        self.gate = None if private else Gate(host, port, self._server.get_port())
-        self._host = host
+            self._server = viser.ViserServer(host=_HOST, port=port, label=title, verbose=False)
         self._try_to_open()
         self._server.on_client_connect(self._welcome)
         self._server.on_client_disconnect(self._farewell)
 
     @property
     def url(self) -> str:
-        """Where the page is, with the token where it takes one."""
-        if self.gate is not None:
-            return self.gate.url
-        host = f"[{self._host}]" if ":" in self._host else self._host
-        return f"http://{host}:{self._server.get_port()}/"
+        """Where the page is."""
+        return f"http://{_HOST}:{self._server.get_port()}/"
 
     def _try_to_open(self) -> Stage | None:
         with self._opening:
@@ -95,17 +86,5 @@ class Viewer:
         """Close the page."""
         for session in list(self.sessions.values()):
             session.close()
-        if self.gate is not None:
-            self.gate.close()
         with redirect_stdout(io.StringIO()):
             self._server.stop()
-
-
-def is_local(host: str) -> bool:
-    """Whether a host can be reached from this machine alone."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 Result = dict[str, Any]
 
@@ -47,14 +48,9 @@ class Count:
         return wilson(self.good, self.of)
 
 
-def wilson(good: int, of: int, z: float = 1.959964) -> tuple[float, float]:
-    """The score interval of a share; 0 to 1 for none."""
-    if not of:
-        return 0.0, 1.0
-    p = good / of
-    middle = (p + z * z / (2 * of)) / (1 + z * z / of)
-    half = z / (1 + z * z / of) * math.sqrt(p * (1 - p) / of + z * z / (4 * of * of))
-    return max(0.0, middle - half), min(1.0, middle + half)
+def wilson(good: int, of: int) -> tuple[float, float]:
+    """The 95 % score interval of a share; 0 to 1 for none."""
+    return tuple(binomtest(good, of).proportion_ci(method="wilson")) if of else (0.0, 1.0)
 
 
 def named(result: Result) -> list[str]:

@@ -10,6 +10,7 @@ from depthsim.cli.diagnose_flight import diagnose_flight
 from depthsim.cli.export import export
 from depthsim.cli.fit_drag import fit_drag
 from depthsim.cli.fit_material import fit_material
+from depthsim.cli.flags import Command
 from depthsim.cli.fly import fly
 from depthsim.cli.generate import generate
 from depthsim.cli.import_ import import_
@@ -29,21 +30,21 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command()(generate)
-app.command()(sweep)
-app.command()(fly)
-app.command()(inspect)
-app.command()(diagnose)
-app.command()(match)
-app.command()(fit_material)
-app.command()(diagnose_flight)
-app.command()(report)
-app.command()(fit_drag)
-app.command()(view)
-app.command()(slam)
-app.command()(reconstruct)
-app.command("import")(import_)
-app.command()(export)
+app.command(cls=Command)(generate)
+app.command(cls=Command)(sweep)
+app.command(cls=Command)(fly)
+app.command(cls=Command)(inspect)
+app.command(cls=Command)(diagnose)
+app.command(cls=Command)(match)
+app.command(cls=Command)(fit_material)
+app.command(cls=Command)(diagnose_flight)
+app.command(cls=Command)(report)
+app.command(cls=Command)(fit_drag)
+app.command(cls=Command)(view)
+app.command(cls=Command)(slam)
+app.command(cls=Command)(reconstruct)
+app.command("import", cls=Command)(import_)
+app.command(cls=Command)(export)
 
 
 @app.callback(invoke_without_command=True)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from depthsim.cli.flags import in_flags
 from depthsim.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,12 +43,13 @@ def fit_drag(
     train, tests = [read_any(path) for path in logs], [read_any(path) for path in test or []]
     craft = craft_of([*train, *tests], vehicle, mass)
     fit = fit_all(train, craft.vehicle, tests, cutoff=cutoff, from_velocity=from_velocity)
-    fitted = fitted_vehicle(fit, craft.mass_from, law)
+    mass_from = in_flags(craft.mass_from)
+    fitted = fitted_vehicle(fit, mass_from, law)
     write_report(out, fit, fitted)
     _show(fit)
-    print(f"mass: {craft.vehicle.mass:.4g} kg ({craft.mass_from})")
+    print(f"mass: {craft.vehicle.mass:.4g} kg ({mass_from})")
     for note in (*craft.notes, *words.notes(fit, [*train, *tests])):
-        print(f"note: {note}")
+        print(f"note: {in_flags(note)}")
     print(f"\nwritten to {out}: {VEHICLE} ({fitted.drag.law}), {TABLE}, {PICTURE}")
 
 

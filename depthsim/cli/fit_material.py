@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from depthsim.cli.flags import in_flags
 from depthsim.cli.options import MaterialsFile, Units, Up, parse_tags
 from depthsim.errors import InputError
 
@@ -149,4 +150,4 @@ def _show(curve: "Curve", fit: "MaterialFit") -> None:
     print(words.result(fit))
     print(words.comparison(fit, curve.focal_baseline))
     for warning in words.warnings(curve, fit):
-        print(f"note: {warning}")
+        print(f"note: {in_flags(warning)}")

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from depthsim.cli.flags import in_flags
+
 
 def import_(
     source: Annotated[Path, typer.Argument(help="A .bag, .mcap, .db3, the folder of a bag, a TUM sequence, pictures.")],
@@ -24,6 +26,6 @@ def import_(
     made = import_recording(source, out, options)
     print(f"{out}: {made.frames} frames, {'with' if made.posed else 'without'} poses")
     for note in made.notes:
-        print(f"{out}: {note}", file=sys.stderr)
+        print(f"{out}: {in_flags(note)}", file=sys.stderr)
     if made.cut is not None:
         raise made.cut

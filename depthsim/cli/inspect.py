@@ -31,9 +31,9 @@ def inspect(
         return
     from rich.console import Console
 
+    from depthsim.cli.scene_tables import render
     from depthsim.materials import load_materials
     from depthsim.scenefile.inspect import inspect_scene
-    from depthsim.scenefile.render import render
 
     report = inspect_scene(what, tags=parse_tags(tag), units=units, up=up, materials=load_materials(materials))
     Console().print(render(report))

@@ -28,12 +28,12 @@ def view(
     save_to: Annotated[Path, typer.Option(help="The one folder that the page may save files in.")] = Path(
         "viewer_files"
     ),
-    host: Annotated[
-        str, typer.Option(help="127.0.0.1 keeps the page on this machine; any other wants the token that is printed.")
-    ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="The first free port from here is taken.")] = 8080,
 ) -> None:
-    """Show a scene, a run or a report in the browser, and turn the sensor's knobs."""
+    """Show a scene, a run or a report in the browser, and turn the sensor's knobs.
+
+    The page is for this machine alone; from another one: ssh -L 8080:localhost:8080 THIS_MACHINE.
+    """
     from depthsim.materials import load_materials
     from depthsim.scenefile import load_scene
     from viewer import Viewer, open_stage
@@ -49,9 +49,9 @@ def view(
 
     if not is_recorded(what):  # of a run or a report the page itself tells what is wrong, so that it can be mended
         stage = open_it()
-        viewer = Viewer(lambda: stage, f"depthsim · {Path(what).name}", host, port, save_to)
+        viewer = Viewer(lambda: stage, f"depthsim · {Path(what).name}", port, save_to)
     else:
-        viewer = Viewer(open_it, f"depthsim · {Path(what).name}", host, port, save_to)
+        viewer = Viewer(open_it, f"depthsim · {Path(what).name}", port, save_to)
     if viewer.error is not None:
         print(viewer.error, file=sys.stderr, flush=True)
     print(f"{what} is shown at {viewer.url} (Ctrl-C ends it)", flush=True)

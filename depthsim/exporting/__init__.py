@@ -27,7 +27,7 @@ FORMATS = {
     "ply": Format("ply", "a point cloud for each frame"),
     "webdataset": Format("webdataset", "tar shards for training"),
 }
-"""By the name that `--to` takes."""
+"""By the name that :func:`export` takes."""
 
 
 def export(run: Run, form: str, out: Path, options: ExportOptions | None = None) -> str:
@@ -37,7 +37,7 @@ def export(run: Run, form: str, out: Path, options: ExportOptions | None = None)
     pictures are damaged.
     """
     if form not in FORMATS:
-        raise InputError("--to", form, "is no format", f"give one of {', '.join(FORMATS)}")
+        raise InputError("`form`", form, "is no format", f"give one of {', '.join(FORMATS)}")
     module = importlib.import_module(f"depthsim.exporting.{FORMATS[form].module}")
     with whole_folder(out) as folder:
         return str(module.write(run, folder, options or ExportOptions()))

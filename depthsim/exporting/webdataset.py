@@ -23,7 +23,7 @@ from depthsim.runs.png import encode_png
 def write(run: Run, out: Path, options: ExportOptions) -> str:
     """Write the shards; says how many."""
     if options.shard < 1:
-        raise InputError("--shard", str(options.shard), "is not a number of frames", "give 1 or more")
+        raise InputError("`shard`", str(options.shard), "is not a number of frames", "give 1 or more")
     streams = [stream for stream in ("clean", "rgb", "mask") if run.has(stream)]
     starts = range(0, len(run), options.shard)
     for number, start in enumerate(starts):

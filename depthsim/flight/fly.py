@@ -65,7 +65,7 @@ class Flight:
 def refuse_run(out: File, poses: bool = True) -> None:
     """Raise :class:`InputError` where the poses of a recorded run in ``out`` would be written over."""
     if poses and (out / "depth.txt").exists():
-        raise InputError(out, "", "holds a recorded run, with poses of its own", "give another --out")
+        raise InputError(out, "", "holds a recorded run, with poses of its own", "give another `out`")
 
 
 def fly(

@@ -1,4 +1,4 @@
-"""The log of a flight, and its file flight.csv (FORMATS.md).
+"""The log of a flight, and its file flight.csv (docs/formats.md).
 
 World: z up, metres. Body: x forward, y left, z up; thrust pushes along +z of the body. Quaternions are x y z w, body to
 world. The specific force is what an accelerometer measures: Rᵀ(a + g e3), all forces but gravity over the mass.

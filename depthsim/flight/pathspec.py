@@ -45,5 +45,5 @@ def parse_path(value: Any, file: File, place: str = "", speed: float | None = No
     if PATHS[shape] is not Hover:
         value = {**value, **({} if speed is None else {"speed": speed})}
         if "speed" not in value:
-            raise InputError(file, place, "has no speed", "give --speed, or the key speed [m/s]")
+            raise InputError(file, place, "has no speed", "give `speed`, or the key speed [m/s]")
     return validate(PATHS[shape], value, file, place)

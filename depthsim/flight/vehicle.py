@@ -1,4 +1,4 @@
-"""A multirotor: vehicle.yaml of FORMATS.md, with what is optional there."""
+"""A multirotor: vehicle.yaml of docs/formats.md."""
 
 from functools import cached_property
 from pathlib import Path

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_serializer
 
 from depthsim.errors import InputError
 from depthsim.runs.storing import write_whole
-from depthsim.yamlfile import read_text, validate
+from depthsim.yamlfile import parse_json, read_text, validate
 
 FILE = "diagnosis.json"
 Verdict = Literal["no_gap", "explained", "partly_explained", "unexplained"]
@@ -105,8 +105,8 @@ class Diagnosis(_Part):
         """The diagnosis of a report. Raises :class:`InputError` where there is none, or another file's content."""
         file = Path(folder) / FILE
         try:
-            value = json.loads(read_text(file, "a diagnosis.json"))
-        except (ValueError, RecursionError) as error:
+            value = parse_json(read_text(file, "a diagnosis.json"))
+        except ValueError as error:
             raise InputError(file, "", f"is not JSON ({error})", "run diagnose again") from None
         return validate(cls, value, file)
 

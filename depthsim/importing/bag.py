@@ -113,7 +113,7 @@ class _Reading:
         picture = self._decoder.image(message)
         if picture is None or picture.pixels.dtype == np.uint8:
             problem = f"{message.topic} holds no depth of 16UC1, mono16 or 32FC1"
-            raise InputError(self._source, "", problem, f"give --depth, one of {', '.join(self._found.images)}")
+            raise InputError(self._source, "", problem, f"give `depth`, one of {', '.join(self._found.images)}")
         self._frame = picture.frame
         if picture.unit:
             self._scale = self._options.depth_scale or float(f"{picture.unit:.7g}")
@@ -176,9 +176,9 @@ class _Reading:
         keys = dict(calibration(self._info)) if self._info is not None else {}
         if not keys.get("fx"):
             problem = f"has no calibration of {self._found.depth}"
-            raise InputError(self._source, "", problem, "give --camera, a camera.yaml or a preset such as d435")
+            raise InputError(self._source, "", problem, "give `camera`, a camera.yaml or a preset such as d435")
         if self._baseline is None and self._options.baseline is None:
-            self._notes.append("the baseline is unknown, that of a D435 is taken; give --baseline")
+            self._notes.append("the baseline is unknown, that of a D435 is taken; give `baseline`")
         keys |= {"baseline": self._baseline or preset("d435").baseline, "depth_scale": self._scale or _MILLIMETRE}
         stamps = self._recording.stamps()
         if len(stamps) > 1:

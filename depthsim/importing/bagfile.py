@@ -8,8 +8,9 @@ from typing import Any
 
 from depthsim.errors import InputError
 from depthsim.extras import load_extra
-from depthsim.importing.bombs import unpack, why_unsafe
-from depthsim.importing.salvage import Damaged, Message, has_bomb, salvage
+from depthsim.importing.packed import unpack
+from depthsim.importing.salvage import Damaged, Message, salvage
+from depthsim.yamlfile import read_mapping
 
 _SUFFIXES = (".bag", ".mcap", ".db3")
 
@@ -27,15 +28,11 @@ class BagFile:
         self.files = _files(source)
         self.ros1 = self.files[0].suffix.lower() == ".bag"
         self.damage: tuple[Path, str] | None = None
-        listed = source / "metadata.yaml"
-        whole = [source] if listed.exists() else self.files
-        asked = [*self.files, *([listed] if listed.exists() else [])]
-        unsafe = {file for file in asked if (has_bomb(file) if file.suffix == ".bag" else why_unsafe(file))}
-        whole_unsafe = unsafe | ({source} if unsafe else set())
-        self._parts = [None if part in whole_unsafe else _Indexed.open(part, self.ros1) for part in whole]
+        whole = [source] if _has_list(source) else self.files
+        self._parts = [_Indexed.open(part, self.ros1) for part in whole]
         if None in self._parts and whole == [source]:  # the list of files is damaged, or one of them is
             whole = self.files
-            self._parts = [None if part in unsafe else _Indexed.open(part, self.ros1) for part in whole]
+            self._parts = [_Indexed.open(part, self.ros1) for part in whole]
         self._places = whole
         self.topics: dict[str, str] = {}
         for part, place in zip(self._parts, whole, strict=True):
@@ -115,6 +112,14 @@ class _Indexed:
     def close(self) -> None:
         with suppress(Exception):  # rosbags takes what metadata.yaml has under `files` for a list
             self._reader.close()
+
+
+def _has_list(source: Path) -> bool:
+    """Whether a folder has a metadata.yaml that may be read: rosbags' own reader of YAML knows no bound of size."""
+    try:
+        return bool(read_mapping(source / "metadata.yaml", "a metadata.yaml"))
+    except InputError:
+        return False
 
 
 def _topics(file: Path) -> dict[str, str]:

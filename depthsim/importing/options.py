@@ -32,7 +32,7 @@ class ImportOptions:
     def poses_of(self, folder: Path) -> Trajectory | None:
         """The poses of a folder of pictures: those of ``poses``, else of its groundtruth.txt, else none."""
         if self.poses and not self.pose_file:
-            raise InputError(self.poses, "", "no such file", "give --poses a TUM file")
+            raise InputError(self.poses, "", "no such file", "give `poses` a TUM file")
         file = self.pose_file or folder / layout.GROUND_TRUTH
         return read_tum(file) if file.exists() else None
 

@@ -2,7 +2,7 @@
 
 The pictures lie in the folder itself or in its depth/; intensity images of the same names may lie in rgb/, color/ or
 image/. Stamps: those of associations.txt ("stamp depth/NAME ..."), or the names, where all of them are seconds with a
-decimal point; else number / rate. Poses: --poses, or groundtruth.txt in the folder.
+decimal point; else number / rate. Poses: `poses`, or groundtruth.txt in the folder.
 """
 
 import re
@@ -52,7 +52,7 @@ def _camera(source: Path, options: ImportOptions) -> Camera:
     elif (source / layout.CAMERA).exists():
         camera = load_camera(source / layout.CAMERA)
     else:
-        raise InputError(source, "", "has no camera.yaml", "write one there, or give --camera camera.yaml")
+        raise InputError(source, "", "has no camera.yaml", "write one there, or give `camera` camera.yaml")
     keys = {"rate": options.rate, "depth_scale": options.depth_scale, "baseline": options.baseline}
     return with_options(camera, keys)
 

@@ -69,7 +69,7 @@ class Recording:
             raise InputError(self._source, "", "holds no depth image", "give a recording of a depth camera")
         if self.shape != camera.shape:
             wanted = f"the camera {camera.width}x{camera.height}"
-            raise InputError(self._source, "", f"its depth is {_size(self.shape)}, {wanted}", "give the right --camera")
+            raise InputError(self._source, "", f"its depth is {_size(self.shape)}, {wanted}", "give the right `camera`")
         if truth is not None:
             early, late = truth.stamps[0] - TOLERANCE, truth.stamps[-1] + TOLERANCE
             outside = [s for s in self._stamps[layout.DEPTH] if not early <= s <= late]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from depthsim.extras import load_extra
-from depthsim.importing.bombs import Bomb, odd_scheme, read_at_most, unpack
+from depthsim.importing.packed import read_at_most, unpack
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
@@ -72,25 +72,6 @@ def _chunk(header: dict[bytes, bytes], data: bytes, connections: dict[int, tuple
         if not whole:
             return
         yield from _take(header, body, connections)
-
-
-def has_bomb(path: Path) -> bool:
-    """Whether a ROS 1 bag has a chunk that unpacks to more than a chunk can be; rosbags would unpack it whole."""
-    with path.open("rb") as file:
-        file.seek(len(_MAGIC))
-        try:
-            while len(start := file.read(4)) == 4 and (head := _sized(file, start)) is not None:
-                (length,) = struct.unpack("<I", file.read(4))
-                how = _fields(head).get(b"compression", b"none")
-                if how == b"none":
-                    file.seek(length, io.SEEK_CUR)
-                else:
-                    unpack(how.decode("latin-1"), read_at_most(file, length))
-        except Bomb:
-            return True
-        except (Damaged, ValueError, struct.error):
-            return False
-    return False
 
 
 def _take(header: dict[bytes, bytes], data: bytes, connections: dict[int, tuple[str, str]]) -> Iterator[Message]:
@@ -208,15 +189,12 @@ def _guarded(start: Callable[[], Iterator[Message]]) -> Iterator[Message]:
 
 
 def _sqlite3(path: Path) -> Iterator[Message]:
-    if odd := odd_scheme(path):
-        raise Damaged(odd)
     try:
         base = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
     except sqlite3.Error as error:
         raise Damaged(str(error)) from None
     try:
         base.execute("PRAGMA writable_schema=ON")  # else SQLite refuses a file that is shorter than it was
-        base.set_authorizer(_reads_a_table)
         topics = {number: (topic, kind) for number, topic, kind in base.execute("SELECT id, name, type FROM topics")}
         # By row, not by time: an index may lie behind the cut.
         for number, time, data in base.execute("SELECT topic_id, timestamp, data FROM messages NOT INDEXED"):
@@ -229,9 +207,3 @@ def _sqlite3(path: Path) -> Iterator[Message]:
         raise Damaged(f"is cut off or damaged ({error})") from None
     finally:
         base.close()
-
-
-def _reads_a_table(action: int, _: str | None, __: str | None, ___: str | None, through: str | None) -> int:
-    """Whether SQLite may do something for a query: read tables, but through no view, and computing nothing."""
-    plain = action in (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ) and through is None
-    return sqlite3.SQLITE_OK if plain else sqlite3.SQLITE_DENY

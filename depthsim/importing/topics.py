@@ -91,14 +91,14 @@ def _depth(
     if options.depth is not None:
         if options.depth not in images:
             problem = f"has no images on {options.depth}"
-            raise InputError(source, "", problem, f"give --depth, one of {', '.join(images) or 'none'}")
+            raise InputError(source, "", problem, f"give `depth`, one of {', '.join(images) or 'none'}")
         return options.depth
     exact = (_METRIC,) if scale not in (None, 0.001) else ()
     found = _first((*exact, *_DEPTH), images)
     if found is None:
         squeezed = [topic for topic, kind in kinds.items() if kind.endswith("/CompressedImage")]
         problem = "has no depth images" + (f", only compressed ones on {squeezed[0]}" if squeezed else "")
-        mend = f"give --depth, one of {', '.join(images)}" if images else "record the depth stream, uncompressed"
+        mend = f"give `depth`, one of {', '.join(images)}" if images else "record the depth stream, uncompressed"
         raise InputError(source, "", problem, mend)
     return found
 
@@ -117,12 +117,12 @@ def _poses(source: Path, options: ImportOptions, there: list[str]) -> str | None
     if options.poses is not None and options.pose_file is None:
         if options.poses not in there:
             problem = f"has no poses on {options.poses}, and there is no such file"
-            raise InputError(source, "", problem, f"give --poses a TUM file, or one of {', '.join(there) or 'none'}")
+            raise InputError(source, "", problem, f"give `poses` a TUM file, or one of {', '.join(there) or 'none'}")
         return options.poses
     truth = [topic for topic in there if re.search(r"ground_?truth", topic)]
     chosen = truth or there
     if len(chosen) > 1:
-        raise InputError(source, "", f"has poses on {' and '.join(chosen)}", "choose one by --poses TOPIC")
+        raise InputError(source, "", f"has poses on {' and '.join(chosen)}", "choose one by `poses` TOPIC")
     return chosen[0] if chosen else None
 
 

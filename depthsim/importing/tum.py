@@ -58,7 +58,7 @@ def _camera(source: Path, options: ImportOptions) -> Camera:
         return load_camera(source / layout.CAMERA)
     found = re.search(r"freiburg([123])", source.absolute().name)
     if not found:
-        mend = "give --camera camera.yaml; a folder named such as rgbd_dataset_freiburg1_xyz needs none"
+        mend = "give `camera` camera.yaml; a folder named such as rgbd_dataset_freiburg1_xyz needs none"
         raise InputError(source, "", "has no camera.yaml", mend)
     fx, fy, cx, cy = FREIBURG[found[1]]
     keys = {"width": 640, "height": 480, "fx": fx, "fy": fy, "cx": cx, "cy": cy, "depth_scale": 1 / UNITS}

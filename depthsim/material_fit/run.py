@@ -34,7 +34,7 @@ def measure_run(run: Run, scene: Scene, *, width: float = 0.1, most_incidence: f
     Raises :class:`InputError` where nothing is left.
     """
     if not width > 0:
-        raise InputError("--bin", "", f"is {width:g}", "give a width in metres above 0, such as 0.1")
+        raise InputError("`width`", "", f"is {width:g}", "give a width in metres above 0, such as 0.1")
     pixels, lost = _collect(run, scene, width, float(np.cos(np.radians(most_incidence))))
     block = block_numbers(int(pixels.frame.max()) + 1 if pixels.frame.size else 1)[pixels.frame]
     order = np.argsort(pixels.kind, kind="stable")

@@ -42,7 +42,7 @@ def measure_wall(
     can be measured.
     """
     if not 0 < roi <= 1:
-        raise InputError("--roi", "", f"is {roi:g}", "give a share of the image above 0 and up to 1, such as 0.5")
+        raise InputError("`roi`", "", f"is {roi:g}", "give a share of the image above 0 and up to 1, such as 0.5")
     captures = find_captures(folders)
     points: list[Point] = []
     left_out: list[str] = []
@@ -77,7 +77,7 @@ def _camera_of(capture: Capture, needed: bool) -> Camera | None:
         if (folder / "camera.yaml").exists():
             return load_camera(folder / "camera.yaml")
     if needed:
-        mend = "put one there or beside it, or give --camera d435 or --depth-scale 0.001"
+        mend = "put one there or beside it, or give `camera` d435 or `depth_scale` 0.001"
         raise InputError(capture.folder, "camera.yaml", "is missing", mend)
     return None
 

@@ -58,7 +58,7 @@ def warnings(curve: Curve, fit: MaterialFit) -> list[str]:
     if fit.m < 0:
         found.append(
             f"m is negative, so there is no entry: the camera is less noisy than the floor of {fit.floor * 1000:g} mm; "
-            "--fit-floor, or the effect disparity_noise, can describe it"
+            "`fit_floor`, or the effect disparity_noise, can describe it"
         )
     return found + [f"left out: {text}" for text in curve.left_out]
 

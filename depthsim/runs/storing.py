@@ -2,6 +2,7 @@
 
 import errno
 import fcntl
+import hashlib
 import os
 from contextlib import suppress
 from pathlib import Path
@@ -86,3 +87,9 @@ class FolderLock:
                 self._path.unlink()
             self._file.close()
             self._file = None
+
+
+def sha256(path: Path) -> str:
+    """Of a file's bytes, as ``sha256sum`` prints it."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -42,4 +42,4 @@ def refuse_taken(out: Path) -> None:
     if out.exists() and not out.is_dir():
         raise InputError(out, "", "is a file, not a folder", "give the path of a folder that is not there yet")
     if out.is_dir() and any(out.iterdir()):
-        raise InputError(out, "", "is there already and holds files", "give another --out, or remove the folder")
+        raise InputError(out, "", "is there already and holds files", "give another `out`, or remove the folder")

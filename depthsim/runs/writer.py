@@ -20,7 +20,7 @@ from depthsim.yamlfile import parse_yaml, read_mapping, read_text
 
 _FRAME = re.compile(r"-?\d+\.\d{6}\.png")
 _LISTS = tuple(layout.list_name(stream) for stream in layout.LISTED)
-_RETRY = "give another --out, or --overwrite"
+_RETRY = "give another `path`, or `overwrite`"
 
 
 class RunWriter:
@@ -171,7 +171,7 @@ def _check_target(path: Path) -> None:
     record = path / layout.RECORD
     if others and not (record.is_file() and {"frames", "streams"} <= read_mapping(record, "a run.yaml").keys()):
         problem = f"holds {min(others)} and is not a run that depthsim made"
-        raise InputError(path, "", problem, "give another --out, or an empty folder")
+        raise InputError(path, "", problem, "give another `path`, or an empty folder")
 
 
 def _check_same(file: Path, there: str, wanted: str) -> None:

@@ -15,7 +15,7 @@ def size_hint(bounds: NDArray[np.float64]) -> str | None:
     width = float(np.ptp(bounds, axis=0).max())
     if width > WIDE:
         units = [unit for unit, metres in (("mm", 1e-3), ("cm", 1e-2)) if 0.5 <= width * metres <= WIDE]
-        tries = " or ".join(f"--units {unit}" for unit in units or ["mm"])
+        tries = " or ".join(f"`units` {unit}" for unit in units or ["mm"])
         return f"{width:,.0f} m wide: is the file in other units? {tries}"
     if width < NARROW:
         return f"{width:.2g} m wide: is the file in other units? `scale:` in a scene file makes it larger"
@@ -35,7 +35,7 @@ def up_hint(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> str | No
     """Whether the ground seems to lie across the y axis rather than the z axis."""
     across_y, across_z = (_ground(vertices, faces, axis) for axis in (1, 2))
     if across_y > 0.5 and across_z < min(0.75, 0.8 * across_y):
-        return "its largest level surface lies across y: is y up in the file? --up y"
+        return "its largest level surface lies across y: is y up in the file? `up` y"
     return None
 
 

@@ -1,6 +1,5 @@
 """What a scene holds and what may be wrong with it: :func:`inspect_scene`."""
 
-import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,11 +64,11 @@ class SceneReport:
         return tuple(names)
 
     @property
-    def tag_options(self) -> tuple[str, ...]:
-        """Options for the command line that give every name without a tag one: guesses, to be corrected."""
+    def tag_guesses(self) -> dict[str, str]:
+        """A tag for every material name without one, to be corrected; of very many names, one for ``*``."""
         names = [shown(name) for name in self.unmapped]
         names = names if len(names) <= 12 else [*names[:11], "*"]
-        return tuple(f"--tag {shlex.quote(f'{name}={self._guess(name)}')}" for name in names)
+        return {name: self._guess(name) for name in names}
 
     def _guess(self, name: str) -> str:
         likely = [tag for tag in self.tags if tag in name.lower()]

@@ -75,9 +75,9 @@ def read_parts(scene: str | Path, units: str | None = None, up: str | None = Non
     """
     path = find_scene(scene)
     if units is not None and units not in METRES:
-        raise InputError(path, f"--units {units}", "no such unit", "the units are " + ", ".join(METRES))
+        raise InputError(path, f"`units` {units}", "no such unit", "the units are " + ", ".join(METRES))
     if up is not None and up not in get_args(Axis):
-        raise InputError(path, f"--up {up}", "no such axis", "the axes are " + ", ".join(get_args(Axis)))
+        raise InputError(path, f"`up` {up}", "no such axis", "the axes are " + ", ".join(get_args(Axis)))
     if path.suffix.lower() in SCENE_SUFFIXES:
         parts = _of_scene_file(path, units, up)
     else:
@@ -86,7 +86,7 @@ def read_parts(scene: str | Path, units: str | None = None, up: str | None = Non
         parts = Parts(path.stem if path.stem != "scene" else path.resolve().parent.name, path, (part,), {}, {})
     width = float(np.ptp(parts.vertices, axis=0).max())
     if not SMALLEST <= width <= LARGEST:
-        mend = "give the units of its meshes by --units or `units:` (" + ", ".join(METRES) + "), or a `scale:`"
+        mend = "give the units of its meshes by `units` or `units:` (" + ", ".join(METRES) + "), or a `scale:`"
         raise InputError(path, "", f"the scene is {width:.3g} m wide", mend)
     return parts
 

@@ -8,9 +8,6 @@ import yaml
 from depthsim.runs.storing import write_whole
 from depthsim.scene import Scene
 
-NAMES = ("scene.yaml", "scene.ply")
-"""What :func:`save_scene` writes."""
-
 
 def save_scene(scene: Scene, folder: Path) -> None:
     """Write scene.ply and scene.yaml to ``folder``; reading them gives the same arrays, tags and trajectories."""

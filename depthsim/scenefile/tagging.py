@@ -17,7 +17,7 @@ def shown(name: str) -> str:
 
 def check_maps(scene: Parts, tags: Mapping[str, str], materials: Materials) -> None:
     """Raise :class:`InputError` where a tag map leads to a tag that is not a material; it says which map and where."""
-    maps = [(f"--tag {key}={tag}", tag) for key, tag in tags.items()]
+    maps = [(f"`tags` {key}={tag}", tag) for key, tag in tags.items()]
     maps += [(f"{part.place}.tags.{key}", tag) for part in scene.parts for key, tag in part.tags.items()]
     maps += [(f"tags.{key}", tag) for key, tag in scene.tags.items()]
     for place, tag in maps:
@@ -44,7 +44,7 @@ def unknown_names(scene: Parts, counts: Mapping[str, int], materials: Materials)
     listed = [f"{shown(name)} ({count} face{'s' if count > 1 else ''})" for name, count in most_first]
     more = f" and {len(listed) - 10} more" if len(listed) > 10 else ""
     problem = f"material names without a tag: {', '.join(listed[:10])}{more}"
-    mend = f"give each one by `--tag NAME=TAG` or by `tags:` in a scene file (`*` for all others); {_known(materials)}"
+    mend = f"give each one by `tags` NAME=TAG or by `tags:` in a scene file (`*` for all others); {_known(materials)}"
     return InputError(scene.source, "", problem, mend)
 
 

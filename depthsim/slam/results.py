@@ -60,9 +60,9 @@ def read_rows(file: Path) -> list[dict[str, str]]:
         table = csv.DictReader(file.read_text(encoding="utf-8").splitlines())
         rows = list(table)
     except (UnicodeDecodeError, csv.Error):
-        raise InputError(file, "", "is not a table in UTF-8", "give another --out") from None
+        raise InputError(file, "", "is not a table in UTF-8", "give another `out`") from None
     if tuple(table.fieldnames or COLUMNS) != COLUMNS or any(set(row) != set(COLUMNS) for row in rows):
-        raise InputError(file, "header", "is not that of depthsim's results.csv", "give another --out")
+        raise InputError(file, "header", "is not that of depthsim's results.csv", "give another `out`")
     return rows
 
 

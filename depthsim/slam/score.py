@@ -1,6 +1,6 @@
 """Scoring an estimated trajectory against the true one, by evo."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,10 +34,6 @@ class Score:
     rpe_deg: float
     drift: float
     drift_deg: float
-
-    def as_dict(self) -> dict[str, Any]:
-        """Name and value of each."""
-        return asdict(self)
 
 
 def score(truth: Trajectory, estimate: Trajectory) -> Score:

@@ -84,7 +84,7 @@ def faster(run: Run, speed: float) -> tuple[Trajectory, Trajectory | None]:
     At speed 1 both are as they are.
     """
     if not (np.isfinite(speed) and speed > 0):
-        raise InputError("--speeds", str(speed), "is no speed", "give factors such as 0.5,1,2")
+        raise InputError("`speeds`", str(speed), "is no speed", "give factors such as 0.5,1,2")
     if speed == 1:
         return run.trajectory, run.dense
     start = float(run.stamps[0])

@@ -16,7 +16,7 @@ DEPTH_MAX = 8.0
 """[m] No system looks farther. Open3D drifts more with less: on clean runs twice as much at 4 m as at 8 m."""
 
 SYSTEMS = {"open3d-slam": "open3d_slam", "open3d-odometry": "open3d_odometry", "kiss-icp": "kiss_icp"}
-"""The module of each system, by the name that `--with` takes."""
+"""The module of each system, by the name that :func:`estimate` takes."""
 
 Progress = Callable[[int, int], None]
 
@@ -43,7 +43,7 @@ def estimate(run: Run, system: str, progress: Progress = lambda done, total: Non
     Raises :class:`InputError` for an unknown system, a missing extra and a run of fewer than two frames.
     """
     if system not in SYSTEMS:
-        raise InputError("--with", system, "is no system", f"give one of {', '.join(SYSTEMS)}")
+        raise InputError("`system`", system, "is no system", f"give one of {', '.join(SYSTEMS)}")
     if len(run) < 2:
         raise InputError(run.path, "", "has one frame", "give a run of two frames or more")
     module = importlib.import_module(f"depthsim.slam.{SYSTEMS[system]}")

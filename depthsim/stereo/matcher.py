@@ -13,8 +13,6 @@ from depthsim.stereo import choose, cost, paths, refine
 from depthsim.stereo.settings import MatcherSettings
 from depthsim.stereo.speckles import drop_speckles
 
-NO_DISPARITY = np.float32(-1)
-
 
 class Matcher:
     """Finds the disparity of rectified pairs; the volumes of costs are kept from pair to pair, one set an object.

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from depthsim.errors import InputError
 from depthsim.runs.storing import LOCK
+from depthsim.yamlfile import parse_json
 
 BEAT = 5.0
 """[s] How often a lease is renewed."""
@@ -108,8 +109,8 @@ class Lease:
 
 def _parse(data: bytes) -> dict[str, object]:
     try:
-        value = json.loads(data)
-    except (ValueError, RecursionError):
+        value = parse_json(data)
+    except ValueError:
         return {}
     return value if isinstance(value, dict) else {}
 

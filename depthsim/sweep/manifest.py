@@ -17,6 +17,7 @@ from depthsim.extras import load_extra
 from depthsim.sweep.plan import Plan
 from depthsim.sweep.target import MANIFEST, SWEEP, WORK, Target
 from depthsim.sweep.vary import values_in_use
+from depthsim.yamlfile import parse_json
 
 WHOLE, FAILED, MISSING = "whole", "failed", "missing"
 _SHARE = 10
@@ -147,9 +148,9 @@ def _read_rows(target: Target, count: int) -> Iterator[tuple[int, dict[str, Any]
             merged.setdefault(row["run"], {}).update({key: value for key, value in row.items() if key in _KEPT})
     for line in target.read_journal().splitlines():
         try:
-            row = json.loads(line)
+            row = parse_json(line)
             merged[int(row["run"])] = row
-        except (ValueError, KeyError, TypeError, RecursionError):
+        except (ValueError, KeyError, TypeError):
             continue  # half a line, of a disk that was full: its run is looked at again
     yield from ((run, row) for run, row in merged.items() if 0 <= run < count and row.get("state") in (WHOLE, FAILED))
 

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict
 
 from depthsim.errors import InputError
 from depthsim.sweep.draw import Distribution, uniform, word
+from depthsim.yamlfile import parse_json
 
 VERSION = 1
 
@@ -139,11 +140,11 @@ class Plan(_Planned):
     def from_json(cls, text: str, file: str | Path) -> "Plan":
         """The plan in the text of plan.json; ``file`` is what errors call it."""
         try:
-            return cls.model_validate(json.loads(text))
-        except (ValueError, RecursionError) as error:
+            return cls.model_validate(parse_json(text))
+        except ValueError as error:
             problem = f"is no plan of a sweep ({str(error).splitlines()[0]})"
             raise InputError(
-                file, "", problem, "give another --out; what this target holds cannot be gone on with"
+                file, "", problem, "give another `target`; what this target holds cannot be gone on with"
             ) from None
 
     @cached_property
@@ -152,7 +153,7 @@ class Plan(_Planned):
         return hashlib.sha256(self.to_json().encode()).hexdigest()
 
 
-_KEEP = "; put it back to finish this sweep, or give another --out for a new one"
+_KEEP = "; put it back to finish this sweep, or give another `target` for a new one"
 
 
 def refuse_changed(old: Plan, new: Plan, target: str) -> None:
@@ -161,7 +162,7 @@ def refuse_changed(old: Plan, new: Plan, target: str) -> None:
         return
     if old.depthsim != new.depthsim:
         problem = f"was begun by depthsim {old.depthsim}, this is {new.depthsim}"
-        raise InputError(target, "", problem, "finish it by that version, or give another --out")
+        raise InputError(target, "", problem, "finish it by that version, or give another `target`")
     for what in ("scenes", "profiles"):
         before, now = ({item.name: item for item in getattr(plan, what)} for plan in (old, new))
         if list(before) == list(now):

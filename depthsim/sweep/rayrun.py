@@ -3,7 +3,6 @@
 import json
 import os
 import socket
-import time
 from functools import lru_cache
 from typing import Any
 
@@ -52,7 +51,7 @@ def _knock(address: str) -> None:
         socket.create_connection((host.strip("[]"), int(port)), timeout=_KNOCK).close()
     except (OSError, OverflowError) as error:
         problem = f"no cluster ({error})"
-        raise InputError(f"--ray {address}", "", problem, "give the address of a cluster that runs") from None
+        raise InputError(f"`address` {address}", "", problem, "give the address of a cluster that runs") from None
 
 
 def _connect(ray: Any, keys: dict[str, Any]) -> None:
@@ -66,8 +65,8 @@ def _connect(ray: Any, keys: dict[str, Any]) -> None:
             ray.shutdown()
             if not left:
                 problem = f"no cluster ({' '.join(str(error).split())[:200]})"
-                mend = "give the address of a cluster that runs, or leave --ray out"
-                raise InputError(f"--ray {keys['address']}", "", problem, mend) from None
+                mend = "give the address of a cluster that runs, or leave `address` out"
+                raise InputError(f"`address` {keys['address']}", "", problem, mend) from None
 
 
 class RayMakers:
@@ -96,7 +95,7 @@ class RayMakers:
         self._sent: dict[Any, list[Job]] = {}
         self._held: list[Job] = []
         self._alone: set[int] = set()
-        self._seconds, self._begun = 0.0, time.monotonic()
+        self._seconds = 0.0
         self.lost = 0
 
     @property

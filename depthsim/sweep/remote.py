@@ -67,7 +67,7 @@ class FsspecTarget:
         others = sorted(name for name in names - {LOCK, SCENES, _JOURNAL} if not is_leftover(name))
         if others and self.read(PLAN) is None:
             problem = f"holds {others[0]} and is not a sweep that depthsim made"
-            raise InputError(self.url, "", problem, "give another --out")
+            raise InputError(self.url, "", problem, "give another `target`")
 
     def _relative(self, path: str) -> str:
         return path[len(self._root.rstrip("/")) + 1 :]
@@ -142,11 +142,6 @@ class FsspecTarget:
     def is_whole(self, run: str) -> bool:
         """Whether depth.txt, the last object of a run, is there."""
         return bool(self._files.exists(self._at(f"{run}/{_DEPTH_LIST}")))
-
-    def remove_run(self, run: str) -> None:
-        """Remove a run's objects."""
-        for name in self._list(run):
-            self._remove(name)
 
     @contextmanager
     def workplace(self, run: str) -> Iterator[Workplace]:

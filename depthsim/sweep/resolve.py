@@ -1,6 +1,5 @@
 """From a SWEEP.yaml to its plan: every file read and checked before anything is made."""
 
-import hashlib
 import re
 from collections import Counter
 from collections.abc import Callable
@@ -16,6 +15,7 @@ from depthsim.errors import InputError
 from depthsim.generate import IR_STREAMS
 from depthsim.materials import Materials, load_materials
 from depthsim.presets import preset, resolve_camera
+from depthsim.runs.storing import sha256
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
 from depthsim.scenefile.locate import SCENE_SUFFIXES, builtin_scenes, find_scene
@@ -75,12 +75,6 @@ def resolve_sweep(file: Path, keep: Keep = lambda planned, scene: None) -> Plan:
     )
     check_draws(plan, file)
     return plan
-
-
-def sha256(path: Path) -> str:
-    """Of a file's bytes."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _refuse_twice(file: Path, place: str, names: list[str]) -> None:

@@ -34,7 +34,7 @@ class State:
         target = open_target(what)
         text = target.read(PLAN)
         if text is None:
-            raise InputError(what, "", "holds no sweep", "give the --out of `depthsim sweep`")
+            raise InputError(what, "", "holds no sweep", "give the target of a `depthsim sweep`")
         plan = Plan.from_json(text.decode(errors="replace"), f"{target.url}/{PLAN}")
         return cls(target, plan, Manifest(target, plan))
 

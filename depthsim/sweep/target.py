@@ -60,9 +60,6 @@ class Target(Protocol):
     def is_whole(self, run: str) -> bool:
         """Whether the last file of a run is there."""
 
-    def remove_run(self, run: str) -> None:
-        """Remove a run's folder."""
-
     def copy_run(self, run: str, folder: Path) -> None:
         """Copy what there is of a run into a folder of this machine."""
 
@@ -112,7 +109,7 @@ class LocalTarget:
         others = sorted(f.name for f in self.root.iterdir() if f.name not in _OWN and not is_leftover(f.name))
         if others:
             problem = f"holds {others[0]} and is not a sweep that depthsim made"
-            raise InputError(self.root, "", problem, "give another --out, or an empty folder")
+            raise InputError(self.root, "", problem, "give another `target`, or an empty folder")
 
     def read(self, name: str) -> bytes | None:
         """A file's bytes."""
@@ -155,10 +152,6 @@ class LocalTarget:
     def is_whole(self, run: str) -> bool:
         """Whether depth.txt, the last file of a run, is there."""
         return (self.root / run / layout.list_name(layout.DEPTH)).is_file()
-
-    def remove_run(self, run: str) -> None:
-        """Remove a run's folder."""
-        shutil.rmtree(self.root / run, ignore_errors=True)
 
     def copy_run(self, run: str, folder: Path) -> None:
         """Copy a run."""

@@ -21,7 +21,7 @@ from depthsim.materials import Materials
 from depthsim.raycast import Caster
 from depthsim.runs import layout
 from depthsim.runs.png import decode_png
-from depthsim.runs.storing import LOCK, FolderLock, write_whole
+from depthsim.runs.storing import LOCK, FolderLock, sha256, write_whole
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
 from depthsim.sweep.plan import Plan
@@ -156,9 +156,7 @@ def digest_of(folder: Path, streams: tuple[str, ...]) -> tuple[str, int]:
     """sha256 of a run, and its size [bytes]: that of the lines that ``sha256sum`` prints of :func:`run_files`."""
     digest, size = hashlib.sha256(), 0
     for path in run_files(folder, streams):
-        with path.open("rb") as file:
-            own = hashlib.file_digest(file, "sha256").hexdigest()
-        digest.update(f"{own}  {path.relative_to(folder).as_posix()}\n".encode())
+        digest.update(f"{sha256(path)}  {path.relative_to(folder).as_posix()}\n".encode())
         size += path.stat().st_size
     return digest.hexdigest(), size
 

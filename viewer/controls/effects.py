@@ -37,7 +37,6 @@ class EffectFolder:
         self._sliders: dict[str, tuple[Any, Range]] = {}
         self._by_tag: dict[str, dict[str, tuple[Any, Range]]] = {}
         self._chosen: dict[str, dict[str, float]] = {}
-        self._bare: dict[str, Any] = {}
         self._folder = gui.add_folder(kind.id, expand_by_default=kind.id == "material_noise")
         with self._folder:
             about = " ".join((kind.__doc__ or "").split())

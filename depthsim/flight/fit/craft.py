@@ -29,14 +29,14 @@ def craft_of(logs: Sequence[FlightLog], choice: str | None = None, mass: float |
     accelerometer. Raises :class:`InputError` where the mass is not known.
     """
     if mass is not None and not 0 < mass < 1000:
-        raise InputError("--mass", "", f"is {mass:g}", "give the mass in kg, such as 0.035")
+        raise InputError("`mass`", "", f"is {mass:g}", "give the mass in kg, such as 0.035")
     vehicle = load_vehicle(choice) if choice else None
     if mass is not None:
         mass_from = "as given"
     elif vehicle is not None:
         mass, mass_from = vehicle.mass, f"of {vehicle.name}"
     elif all(log.kind == KIND for log in logs):
-        mass, mass_from = ASSUMED_MASS, "assumed, it is not in the NanoBench data: --mass gives another"
+        mass, mass_from = ASSUMED_MASS, "assumed, it is not in the NanoBench data: `mass` gives another"
     else:
         mass, mass_from = _weighed(logs), "from thrust over specific force in the log"
     notes = []
@@ -44,7 +44,7 @@ def craft_of(logs: Sequence[FlightLog], choice: str | None = None, mass: float |
         named = [name for name in vehicle_names() if all(log.kind == KIND for log in logs) and "crazyflie" in name]
         known = [load_vehicle(name) for name in named or vehicle_names()]
         vehicle = min(known, key=lambda one: abs(np.log(one.mass / mass)))
-        notes.append(f"inertia and rotors are those of {vehicle.name}; give the vehicle with --vehicle")
+        notes.append(f"inertia and rotors are those of {vehicle.name}; give the vehicle by `choice`")
     return Craft(_with_mass(vehicle, mass), mass_from, tuple(notes))
 
 
@@ -52,7 +52,7 @@ def _weighed(logs: Sequence[FlightLog]) -> float:
     masses = []
     for log in logs:
         if log.total_thrust is None:
-            mend = "give --mass or --vehicle: without thrust in N a log shows force over mass alone"
+            mend = "give `mass` or `choice`: without thrust in N a log shows force over mass alone"
             raise InputError(log.source, "", "does not tell the mass", mend)
         motion = motion_of(log)
         total = motion.log.total_thrust

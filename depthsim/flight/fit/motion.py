@@ -62,7 +62,7 @@ def motion_of(log: FlightLog, cutoff: float = CUTOFF, from_velocity: bool = Fals
     """
     even, rate = _resample(log)
     if rate < 5 * cutoff:
-        mend = f"give a log of {5 * cutoff:.0f} Hz or more, or a lower --cutoff"
+        mend = f"give a log of {5 * cutoff:.0f} Hz or more, or a lower `cutoff`"
         raise InputError(log.source, "t", f"has {rate:.3g} samples a second, too few for {cutoff:g} Hz", mend)
     airborne = _airborne(even, rate)
     if airborne.stop - airborne.start < _LEAST_AIRBORNE * rate:

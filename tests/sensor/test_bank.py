@@ -1,0 +1,302 @@
+"""What holds for the whole bank of effects, and for any set of them together."""
+
+import itertools
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapes import Array, as_scene, box, camera, quad, sphere, wall
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from depthsim.gap.flight.fit.candidates import EFFECTS as FLIGHT_EFFECTS
+from depthsim.materials import Materials
+from depthsim.raycast import Caster
+from depthsim.sensor import Effect, Profile, Sensor, Stage, effect_class, effect_ids, load_profile
+from depthsim.sensor.effect import neutral_value
+from depthsim.sensor.motion import Motion
+from depthsim.sensor.sensor import Measurement
+from depthsim.trajectory import Trajectory
+from docs.effects import formats, page
+
+# fmt: off
+WANTED = {
+    "material_noise", "fill_rate", "disparity_noise", "baseline_scale", "disparity_offset", "lens_distortion",
+    "extrinsic_rotation", "time_offset", "rolling_shutter", "subpixel_bias", "disparity_quantization",
+    "thermal_drift", "incidence_noise", "lateral_noise", "vignetting_noise", "motion_noise", "spatial_correlation",
+    "temporal_correlation", "heavy_tails", "stereo_shadow", "incidence_dropout", "range_dropout", "material_dropout",
+    "specular_dropout", "ambient_light", "min_range", "max_range", "invalid_band", "flying_pixels", "edge_fattening",
+    "spatial_filter",
+}
+# fmt: on
+"""The ids that files and other programs rely on."""
+
+MATERIALS = Materials.model_validate(
+    {
+        "cement": {"m": 0.35, "ir_reflectance": 0.4, "gloss": 0.02},
+        "glass": {"m": 0.5, "ir_reflectance": 0.05, "gloss": 0.3},
+        "plastic": {"m": 0.85, "ir_reflectance": 0.5, "gloss": 0.15},
+    }
+)
+CAMERA = camera(96, 72, 80)
+ROOM = Caster(
+    as_scene(
+        wall(4),
+        quad((-20, 0.8, -1), (40, 0, 0), (0, 0, 21)),
+        box((-0.6, -0.1, 1.4), (-0.1, 0.8, 1.8)),
+        sphere(2, 0.25, (0.35, 0.2, 1.1)),
+        quad((0.1, -1, 2.5), (0, 0.9, 0), (0.9, 0, 0.3)),
+        tags=["cement", "cement", "plastic", "plastic", "glass"],
+    )
+)
+"""A wall and a floor, a box, a ball and a pane."""
+TURNING = Trajectory(
+    np.array([0.0, 1.0, 2.0]),
+    np.array([[-0.1, 0, 0], [0, 0, 0], [0.1, 0.02, 0]]),
+    np.array([[0, -0.05, 0, 1], [0, 0, 0, 1], [0.02, 0.05, 0, 1]]),
+)
+MOTION = Motion.along(TURNING)
+
+
+def measure(*effects: Effect, **keys: Any) -> Measurement:
+    """The frame at 1 s of a camera that moves and turns."""
+    sensor = Sensor(ROOM, CAMERA, effects, MATERIALS)
+    return sensor.measure(MOTION.at(1.0)[0], **{"motion": MOTION, "stamp": 1.0, "index": 30, **keys})
+
+
+def same(a: Measurement, b: Measurement) -> bool:
+    return a.depth.tobytes() == b.depth.tobytes() and a.units.tobytes() == b.units.tobytes()
+
+
+def bounds(kind: type[Effect], name: str) -> tuple[float, float] | None:
+    """The bounds of a parameter that is one number."""
+    found = {type(item).__name__: item for item in kind.model_fields[name].metadata}
+    return (found["Ge"].ge, found["Le"].le) if {"Ge", "Le"} <= found.keys() else None
+
+
+def numbers(kind: type[Effect]) -> dict[str, tuple[float, float]]:
+    return {name: b for name in kind.model_fields if (b := bounds(kind, name)) is not None}
+
+
+@st.composite
+def effects(draw: st.DrawFn) -> Effect:
+    """Any effect, each parameter anywhere between its bounds, at them, or as it comes."""
+    kind = effect_class(draw(st.sampled_from(effect_ids())))
+    values: dict[str, float] = {}
+    for name, (low, high) in numbers(kind).items():
+        whole = kind.model_fields[name].annotation is int
+        inside = st.integers(int(low), int(high)) if whole else st.floats(low, high)
+        value = draw(st.none() | st.sampled_from([low, high]) | inside, label=f"{kind.id}.{name}")
+        if value is not None:
+            values[name] = int(value) if whole else value
+    return kind(**values)
+
+
+def test_every_effect_that_was_promised_is_there() -> None:
+    assert set(effect_ids()) >= WANTED and len(WANTED) == 31
+
+
+@pytest.mark.parametrize("effect_id", effect_ids())
+def test_defaults_do_something(effect_id: str) -> None:
+    kind = effect_class(effect_id)
+    assert not kind().is_neutral
+    assert not same(measure(kind(), index=4), measure(index=4)) or effect_id in (
+        "spatial_correlation",  # alone they correlate nothing
+        "temporal_correlation",
+        "max_range",  # nothing here is farther
+        "min_range",  # or nearer
+        "thermal_drift",  # at 1 s a camera is cold
+    )
+
+
+@pytest.mark.parametrize("effect_id", effect_ids())
+def test_all_neutral_changes_not_one_bit(effect_id: str) -> None:
+    kind = effect_class(effect_id)
+    neutral = {name: value for name in kind.model_fields if (value := neutral_value(kind, name)) is not None}
+    assert neutral, "no value of any parameter leaves the effect out"
+    effect = kind.model_validate(neutral)
+    assert effect.is_neutral
+    others = [effect_class(i)() for i in ("disparity_noise", "stereo_shadow", "fill_rate")]
+    assert same(measure(effect), measure())
+    assert same(measure(*others, effect), measure(*others))
+
+
+def holes(m: Measurement) -> float:
+    return float((m.depth == 0).mean())
+
+
+def spread(m: Measurement) -> float:
+    """Root of the mean squared error of the disparity, holes aside."""
+    use = (m.depth > 0) & (m.clean.depth > 0)
+    error = CAMERA.focal_baseline * (1 / m.depth[use].astype(float) - 1 / m.clean.depth[use])
+    return float(np.sqrt((error**2).mean()))
+
+
+@cache
+def noisy() -> tuple[Effect, Measurement]:
+    noise = effect_class("disparity_noise")(sigma=0.1)
+    return noise, measure(noise)
+
+
+def smoothness(m: Measurement) -> float:
+    """Correlation of the error with that of the next pixel, where it is noise."""
+    error = CAMERA.focal_baseline * (1 / m.depth.astype(float) - 1 / m.clean.depth)
+    return float(np.corrcoef(error[:, 1:].ravel(), error[:, :-1].ravel())[0, 1])
+
+
+def memory(effect: Effect) -> float:
+    """Correlation of the error with that of the next frame."""
+    pair = [measure(noisy()[0], effect, index=k) for k in (16, 17)]
+    a, b = (CAMERA.focal_baseline * (1 / m.depth.astype(float) - 1 / m.clean.depth) for m in pair)
+    return float(np.corrcoef(a.ravel(), b.ravel())[0, 1])
+
+
+STRENGTHS: dict[str, tuple[str, list[float], Any]] = {
+    "material_noise": ("floor", [0.002, 0.005, 0.02], spread),
+    "fill_rate": ("rate", [0.01, 0.1, 0.5], holes),
+    "disparity_noise": ("sigma", [0.02, 0.1, 0.4], spread),
+    "baseline_scale": ("scale", [1.005, 1.02, 1.1], spread),
+    "disparity_offset": ("offset", [0.05, 0.2, 1.0], spread),
+    "lens_distortion": ("k1", [0.002, 0.02, 0.1], spread),
+    "extrinsic_rotation": ("x", [0.5, 2.0, 8.0], spread),
+    "time_offset": ("offset", [0.01, 0.05, 0.3], spread),
+    "rolling_shutter": ("readout", [0.005, 0.02, 0.1], spread),
+    "subpixel_bias": ("amplitude", [0.01, 0.05, 0.3], spread),
+    "disparity_quantization": ("step", [0.03, 0.1, 1.0], spread),
+    "thermal_drift": ("drift", [0.005, 0.02, 0.1], spread),
+    "incidence_noise": ("sigma", [0.01, 0.05, 0.2], spread),
+    "lateral_noise": ("sigma", [0.2, 1.0, 3.0], spread),
+    "vignetting_noise": ("corner", [0.02, 0.1, 0.5], spread),
+    "motion_noise": ("sigma", [0.05, 0.3, 1.0], spread),
+    "spatial_correlation": ("x", [1.0, 2.0, 5.0], smoothness),
+    "temporal_correlation": ("correlation", [0.2, 0.5, 0.9], memory),
+    "heavy_tails": ("share", [0.003, 0.03, 0.2], spread),
+    "stereo_shadow": ("left", [0.0, 2.0, 6.0], holes),
+    "incidence_dropout": ("rate", [0.1, 0.4, 1.0], holes),
+    "range_dropout": ("rate", [0.05, 0.2, 0.8], holes),
+    "material_dropout": ("rate", [0.2, 0.5, 1.0], holes),
+    "specular_dropout": ("rate", [0.2, 0.5, 1.0], holes),
+    "ambient_light": ("holes", [0.1, 0.4, 1.0], holes),
+    "min_range": ("depth", [0.9, 1.2, 2.0], holes),
+    "max_range": ("depth", [3.9, 2.0, 1.2], holes),
+    "invalid_band": ("margin", [2.0, 8.0, 20.0], holes),
+    "flying_pixels": ("rate", [0.05, 0.3, 1.0], spread),
+    "edge_fattening": ("radius", [0.5, 2.0, 5.0], spread),
+    "spatial_filter": ("alpha", [0.9, 0.6, 0.3], smoothness),
+}
+"""Of every effect, a parameter from weak to strong, and the statistic that it moves."""
+
+
+@pytest.mark.parametrize("effect_id", sorted(WANTED))
+def test_the_stronger_the_more(effect_id: str) -> None:
+    name, values, statistic = STRENGTHS[effect_id]
+    kind = effect_class(effect_id)
+    found = [0.0 if statistic is not smoothness else smoothness(noisy()[1])]
+    for value in values:
+        effect = kind(**{name: value, **({"time_constant": 1.0} if effect_id == "thermal_drift" else {})})
+        if statistic is memory:
+            found.append(memory(effect))
+        else:
+            found.append(statistic(measure(noisy()[0], effect) if statistic is smoothness else measure(effect)))
+    assert all(a < b for a, b in itertools.pairwise(found)), found
+
+
+@pytest.mark.parametrize("effect_id", [i for i in sorted(WANTED) if effect_class(i).stage == Stage.MISSING])
+def test_holes_leave_every_other_pixel_as_it_was(effect_id: str) -> None:
+    noise = effect_class("disparity_noise")()
+    plain, with_holes = measure(noise), measure(noise, effect_class(effect_id)())
+    kept = with_holes.depth > 0
+    assert np.array_equal(with_holes.depth[kept], plain.depth[kept])
+
+
+HOLES = ["fill_rate", "incidence_dropout", "material_dropout", "range_dropout", "specular_dropout", "stereo_shadow"]
+
+
+@pytest.mark.parametrize(("first", "second"), [*itertools.combinations([*HOLES, "invalid_band"], 2)])
+def test_two_kinds_of_holes_are_the_union_of_both(first: str, second: str) -> None:
+    a, b = effect_class(first)(), effect_class(second)()
+    lost = [m.depth == 0 for m in (measure(a), measure(b), measure(a, b))]
+    assert np.array_equal(lost[0] | lost[1], lost[2])
+
+
+NOISES = ["disparity_noise", "incidence_noise", "vignetting_noise", "motion_noise", "ambient_light"]
+
+
+@pytest.mark.parametrize(("first", "second"), [*itertools.combinations(NOISES, 2)])
+def test_the_variances_of_two_noises_add(first: str, second: str) -> None:
+    clean = CAMERA.focal_baseline / measure().depth.astype(float)
+
+    def error(*kinds: str) -> Array:
+        made = [effect_class(kind)(**({"holes": 0} if kind == "ambient_light" else {})) for kind in kinds]
+        return np.asarray(CAMERA.focal_baseline / measure(*made).depth.astype(float) - clean)
+
+    # On common random numbers, pixel by pixel.
+    assert np.abs(np.abs(error(first, second)) - np.hypot(error(first), error(second))).max() < 2e-4
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(effects(), max_size=6), st.randoms(use_true_random=False), st.integers(0, 2**32 - 1))
+def test_any_set_of_effects_composes(
+    tmp_path_factory: pytest.TempPathFactory, chosen: list[Effect], random: Any, index: int
+) -> None:
+    # Of one effect twice the order does count: both draw numbers, the first one first.
+    chosen = list({effect.id: effect for effect in chosen}.values())
+    measured = measure(*chosen, index=index, threads=1)
+    assert np.isfinite(measured.depth).all() and (measured.depth >= 0).all()
+    assert not measured.units[measured.depth == 0].any()
+    assert np.array_equal(measured.clean.depth, measure().clean.depth)
+    shuffled = random.sample(chosen, len(chosen))
+    assert same(measured, measure(*shuffled, index=index, threads=3))
+    profile = Profile(name="any", effects=tuple(chosen))
+    path = tmp_path_factory.mktemp("profile") / "any.yaml"
+    path.write_text(profile.to_yaml(), encoding="utf-8")
+    assert load_profile(path) == profile
+
+
+def test_all_effects_at_once_are_the_same_bytes_in_any_order_and_on_any_threads() -> None:
+    everything = [effect_class(i)() for i in effect_ids()]
+    first = measure(*everything, threads=1)
+    assert same(first, measure(*everything[::-1], threads=3))
+    assert same(first, measure(*everything, threads=2, out=measure(*everything, index=7)))
+    assert 0.1 < (first.depth > 0).mean() < 0.95 and not same(first, measure(*everything, index=31))
+
+
+@pytest.mark.parametrize("name", ["d435", "d415", "d455"])
+def test_the_profiles_of_real_cameras(name: str, tmp_path: Path) -> None:
+    profile = load_profile(name)
+    assert profile.camera is not None and profile.camera.name.lower() == name and len(profile.effects) > 5
+    measured = measure(*profile.effects)
+    assert 0.5 < (measured.depth > 0).mean() < 0.97
+    text = profile.to_yaml()
+    (tmp_path / "again.yaml").write_text(text, encoding="utf-8")
+    assert load_profile(tmp_path / "again.yaml") == profile
+
+
+def test_the_page_of_the_effects_is_up_to_date() -> None:
+    folder = Path(__file__).parents[2] / "docs"
+    assert (folder / "effects.md").read_text(encoding="utf-8") == page(), "run docs/effects.py"
+    text = (folder / "formats.md").read_text(encoding="utf-8")
+    assert text == formats(text), "run docs/effects.py"
+    assert [name for name in FLIGHT_EFFECTS if name not in text] == []
+    missing = [i for i in effect_ids() if not (folder / "pictures" / "effects" / f"{i}.png").is_file()]
+    assert not missing, "run docs/effects.py"
+
+
+@pytest.mark.parametrize("effect_id", sorted(set(effect_ids()) - {"flying_pixels"}))
+def test_open_background_does_to_the_foreground_what_one_very_far_away_does(effect_id: str) -> None:
+    """All but depths in between, which there are none of where nothing is behind."""
+    plate, effect = quad((-0.3, -0.3, 1), (0.6, 0, 0), (0, 0.6, 0)), effect_class(effect_id)()
+    open_, backed = (
+        Sensor(
+            Caster(as_scene(*meshes, tags=["plastic", "cement"][: len(meshes)])), CAMERA, [effect], MATERIALS
+        ).measure(np.eye(4), index=1)
+        for meshes in ([plate], [plate, wall(1e4, half=1e5)])
+    )
+    met = open_.clean.hit
+    assert 0.2 < met.mean() < 0.5
+    assert np.array_equal(open_.depth[met], np.where(backed.depth > 5e3, 0, backed.depth)[met])
