@@ -8,11 +8,16 @@ reach over edges.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthsim.kernels import inlined, kernel
 
 STEPS = 32
 """Steps of a pixel: fractional_bits = 5 in librealsense, src/proc/disparity-transform.h; measured as well."""
+_REACH = 3
+"""[px] Of Lanczos' kernel (C. E. Duchon, "Lanczos filtering in one and two dimensions", J. Applied Meteorology 18,
+1979). Dots at 424x240 are narrower than a pixel: cubic interpolation moves them by up to 0.04 px, and by differences of
+neighbours in place of the kernel's own slope the steps go so far wrong that two of them leave 0.12 px."""
 ALIKE = 1
 """[px] A disparity that differs by more from the pixel's own ends its support region."""
 
@@ -44,15 +49,19 @@ def normalise_rows(start, stop, image, across, down, floor, out):  # noqa: ANN20
             sum2 += square[entering] - square[leaving]
 
 
-@inlined
-def _cubic(row, at, t):
-    """``row`` between ``at`` and ``at + 1`` at the share t, by Catmull and Rom's cubic."""
-    a, b, c, d = row[at - 1], row[at], row[at + 1], row[at + 2]
-    half = np.float32(0.5)
-    slope = c - a
-    square = np.float32(2) * a - np.float32(5) * b + np.float32(4) * c - d
-    cube = np.float32(3) * (b - c) + d - a
-    return b + half * t * (slope + t * (square + t * cube))
+def _kernel() -> NDArray[np.float32]:
+    """(32, 6, 2) the weights of six pixels in the value and in the slope between the middle two, by 32nds."""
+
+    def weights(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        away = t[:, None] - np.arange(1 - _REACH, _REACH + 1)
+        bell = np.sinc(away) * np.sinc(away / _REACH)
+        return np.asarray(bell / bell.sum(axis=1, keepdims=True))
+
+    t, step = np.arange(STEPS) / STEPS, 1e-5
+    return np.stack([weights(t), (weights(t + step) - weights(t - step)) / (2 * step)], axis=-1).astype(np.float32)
+
+
+_KERNEL = _kernel()
 
 
 @inlined
@@ -84,19 +93,20 @@ def shift_rows(start, stop, left, right, whole, disparity, arm, sums):  # noqa: 
     _, width = disparity.shape
     prefix = np.zeros((width + 1, 3), np.float64)
     for y in range(start, stop):
-        source = right[y]
+        near, far = left[y], right[y]
         for x in range(width):
             d = disparity[y, x]
             weight, moment = np.float32(0), np.float32(0)
-            place = np.float32(x) - d
-            at = np.int64(np.floor(place))
-            if d >= 0 and 0 < x < width - 1 and at >= 2 and at < width - 3:
-                t = place - np.float32(at)
-                before, here = _cubic(source, at - 1, t), _cubic(source, at, t)
-                after = _cubic(source, at + 1, t)
-                slope = (left[y, x + 1] - left[y, x - 1] + after - before) * np.float32(0.25)
+            place = np.int64(x * STEPS) - np.int64(d * np.float32(STEPS))
+            at, phase = place // STEPS - (_REACH - 1), place % STEPS
+            if d >= 0 and _REACH <= x < width - _REACH and at >= 0 and at <= width - 2 * _REACH:
+                here, slope = np.float32(0), np.float32(0)
+                for k in range(2 * _REACH):
+                    here += _KERNEL[phase, k, 0] * far[at + k]
+                    slope += _KERNEL[phase, k, 1] * far[at + k] + _KERNEL[0, k, 1] * near[x - (_REACH - 1) + k]
+                slope *= np.float32(0.5)
                 weight = slope * slope
-                moment = weight * d + slope * (here - left[y, x])
+                moment = weight * d + slope * (here - near[x])
             prefix[x + 1, 0] = prefix[x, 0] + weight
             prefix[x + 1, 1] = prefix[x, 1] + moment
             prefix[x + 1, 2] = prefix[x, 2] + weight * x

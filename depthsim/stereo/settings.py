@@ -39,7 +39,7 @@ class Projector(_Part):
         default=1.2, ge=0.3, le=10, description="standard deviation of a dot's profile [mrad]"
     )
     position: FiniteFloat = Field(default=0.58, ge=-2, le=3, description="along the baseline: 0 left, 1 right imager")
-    speckle: FiniteFloat = Field(default=0.35, ge=0, le=1, description="contrast of the laser's speckle in one pixel")
+    speckle: FiniteFloat = Field(default=0.42, ge=0, le=1, description="contrast of the laser's speckle in one pixel")
     pattern: int = Field(default=0, ge=0, description="which random pattern")
 
     @model_validator(mode="after")

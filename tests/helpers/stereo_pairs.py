@@ -27,9 +27,12 @@ def textured(shape: tuple[int, int], disparity: float, seed: int = 0, blur: floa
 
 def dotted(
     shape: tuple[int, int], disparity: Callable[[float, float], float], *, seed: int = 0, gain: float = 1.0,
-    noise: float = 2.0, height: float = 100.0,
+    noise: float = 2.0, height: float = 100.0, width: float = 0.8,
 ) -> tuple[Image, Image]:  # fmt: skip
-    """Gaussian dots on black, as the projector's at night; ``disparity`` by a dot's place in the left image."""
+    """Gaussian dots on black, as the projector's at night; ``disparity`` by a dot's place in the left image.
+
+    width: standard deviation of a dot [px].
+    """
     rng = np.random.default_rng(seed)
     pictures = np.full((2, *shape), 15.0)
     v, u = np.mgrid[-4:5, -4:5]
@@ -37,7 +40,7 @@ def dotted(
         for picture, place in zip(pictures, (x, x - disparity(x, y)), strict=True):
             row, column = round(y), round(place)
             if 4 <= column < shape[1] - 4 and 4 <= row < shape[0] - 4:
-                bell = np.exp(-((u + column - place) ** 2 + (v + row - y) ** 2) / (2 * 0.8**2))
+                bell = np.exp(-((u + column - place) ** 2 + (v + row - y) ** 2) / (2 * width**2))
                 picture[row - 4 : row + 5, column - 4 : column + 5] += height * bell
     pictures[1] *= gain
     left, right = np.clip(pictures + rng.normal(0, noise, pictures.shape), 0, 255).round().astype(np.uint8)

@@ -20,8 +20,19 @@ def test_a_moved_texture_is_found_to_a_small_part_of_a_pixel(disparity: float) -
     found = Matcher().match(*textured(SHAPE, disparity))
     inner = found[10:-10, int(disparity) + 25 : -10]
     assert (inner > 0).mean() > 0.99
-    assert abs(np.median(inner) - disparity) < 0.035
-    assert inner[inner > 0].std() < 0.05
+    assert abs(np.median(inner) - disparity) < 0.02
+    assert abs(inner[inner > 0].mean() - disparity) < 0.01
+    assert inner[inner > 0].std() < 0.03
+
+
+@pytest.mark.parametrize("width", [0.4, 0.47, 0.8])
+def test_no_whole_pixel_attracts(width: float) -> None:
+    """Dots narrower than a pixel too, as at 424x240: 0.37 px from lens and projector, and the pixel's own 0.29 px."""
+    bias = []
+    for fraction in np.arange(8) / 8:
+        found = Matcher().match(*dotted(SHAPE, lambda x, y, by=13 + fraction: by, width=width))[10:-10, 40:-10]
+        bias.append(found[found > 0].mean() - 13 - fraction)
+    assert np.abs(bias).max() < 0.03
 
 
 @pytest.mark.parametrize(("gain", "offset"), [(0.4, 0), (0.5, 90), (1.6, -60)])
@@ -46,7 +57,7 @@ def test_a_slanted_surface_is_not_a_staircase() -> None:
     valid = found[12:-12, 60:-12] > 0
     assert valid.mean() > 0.97
     assert np.abs(np.median(error[valid])) < 0.03
-    assert error[valid].std() < 0.2
+    assert error[valid].std() < 0.05
 
 
 def test_a_near_plate_has_a_shadow_on_its_left_and_keeps_its_size() -> None:
