@@ -160,8 +160,9 @@ class Caster:
 
         def work(_: int) -> None:
             packets, shadows = (embree.aligned((PIXELS // lanes, FIELDS * lanes), np.float32) for _ in range(2))
+            turns = embree.aligned((PIXELS // lanes, 9 * lanes), np.float32)
             cast_tiles(
-                counter, intersect, occluded, scene, arguments, valid, packets, shadows,
+                counter, intersect, occluded, scene, arguments, valid, packets, shadows, turns,
                 tiles, pose, baseline, self._face_tags, out.depth, out.face, out.cosine, out.tag, right_sees,
             )  # fmt: skip
 

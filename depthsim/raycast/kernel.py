@@ -1,9 +1,7 @@
 """The ray kernel: a tile of 4x4 pixels as one, two or four packets, with the clean geometry read in the same pass.
 
-A packet is as wide as the processor's vector unit, and the kernel is compiled for that width. A loop over the lanes of
-a packet becomes a few machine instructions where the compiler can see it: one flat array with offsets known when it
-compiles, no branch, no call. Rows of pixels are copied as a whole, because the compiler cannot know that the picture
-and the packet do not overlap.
+A packet is as wide as the processor's vector unit, and the kernel is compiled for that width: a field of a packet is
+one vector (:mod:`depthsim.lanes`), read and written by its address.
 """
 
 from functools import cache
@@ -13,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.kernels import inlined, kernel
+from depthsim.lanes import choose, count_true, load_floats, load_ints, magnitude, spread, square_root, store, to_mask
 from depthsim.llvm import bits_float, call_embree, copy_bytes, fetch_add, float_bits
 from depthsim.raycast.packet import (
     ACROSS,
@@ -21,6 +20,7 @@ from depthsim.raycast.packet import (
     DIRECTION_Y,
     DIRECTION_Z,
     FAR,
+    FIELDS,
     GEOMETRY,
     INSTANCE,
     MASK,
@@ -29,8 +29,6 @@ from depthsim.raycast.packet import (
     NORMAL_Y,
     NORMAL_Z,
     ORIGIN_X,
-    ORIGIN_Y,
-    ORIGIN_Z,
     PIXELS,
     PRIMITIVE,
     TILE,
@@ -74,27 +72,87 @@ def _fill_tiles(rays, order, tiles):
 
 
 @inlined
-def _set_origin(lanes, packet, pose, k, begin, end, shift):
-    """Put lanes ``begin`` to ``end`` where the left imager is, or the right one for ``shift`` = baseline.
-
-    pose: (K, 12), rotation row by row, then translation.
-    """
-    x, y, z = pose[k, 9] + pose[k, 0] * shift, pose[k, 10] + pose[k, 3] * shift, pose[k, 11] + pose[k, 6] * shift
-    for lane in range(begin, end):
-        packet[ORIGIN_X * lanes + lane] = x
-        packet[ORIGIN_Y * lanes + lane] = y
-        packet[ORIGIN_Z * lanes + lane] = z
+def _place(lanes, across, packets, shadows, turns, pose, v0, baseline):
+    """Write out for every lane where the imagers are, and how they are turned, in the rows of pixels from ``v0`` on."""
+    down, beside = lanes // across, TILE // across
+    for part in range(PIXELS // lanes):
+        for lane in range(lanes):
+            k = min(v0 + part // beside * down + lane // across, pose.shape[0] - 1)
+            for n in range(9):
+                turns[part, n * lanes + lane] = pose[k, n]
+            for axis in range(3):
+                packets[part, (ORIGIN_X + axis) * lanes + lane] = pose[k, 9 + axis]
+                shadows[part, (ORIGIN_X + axis) * lanes + lane] = pose[k, 9 + axis] + pose[k, 3 * axis] * baseline
 
 
 @inlined
-def _aim(lanes, packet, rays, row, column, part, pose, k, begin, end):
-    """Turn the camera-frame (x, y, 1) of a tile's packet ``part`` into the world."""
-    first = part * lanes
-    for lane in range(begin, end):
-        x, y = rays[0, row, column, first + lane], rays[1, row, column, first + lane]
-        packet[DIRECTION_X * lanes + lane] = pose[k, 0] * x + pose[k, 1] * y + pose[k, 2]
-        packet[DIRECTION_Y * lanes + lane] = pose[k, 3] * x + pose[k, 4] * y + pose[k, 5]
-        packet[DIRECTION_Z * lanes + lane] = pose[k, 6] * x + pose[k, 7] * y + pose[k, 8]
+def _aim(lanes, packet, turn, ray, plane):
+    """Turn a packet's camera-frame (x, y, 1) into the world; its x stand at ``ray``, its y a ``plane`` behind."""
+    field = 4 * lanes
+    x, y = load_floats(ray, lanes), load_floats(ray + plane, lanes)
+    for axis in range(3):
+        row = turn + 3 * axis * field
+        toward = load_floats(row, lanes) * x + load_floats(row + field, lanes) * y + load_floats(row + 2 * field, lanes)
+        store(packet + (DIRECTION_X + axis) * field, toward)
+
+
+@inlined
+def _missed(lanes, packet):
+    """Which lanes met nothing."""
+    return load_ints(packet + GEOMETRY * 4 * lanes, lanes) == _NONE
+
+
+@inlined
+def _nudge(lanes, packet, turn):
+    """Move the rays that missed by NUDGE along the image's diagonal, and mark their lanes by -1 in MISSED."""
+    field = 4 * lanes
+    missed = _missed(lanes, packet)
+    store(packet + MISSED * field, to_mask(missed))
+    step = choose(missed, NUDGE, _ZERO)
+    for axis in range(3):
+        row, at = turn + 3 * axis * field, packet + (DIRECTION_X + axis) * field
+        store(at, load_floats(at, lanes) + step * (load_floats(row, lanes) + load_floats(row + field, lanes)))
+
+
+@inlined
+def _finish(lanes, packet):
+    """Work out the cosine of incidence, into a field that nobody reads, and clear what a miss left behind."""
+    field = 4 * lanes
+    nx, dx = load_floats(packet + NORMAL_X * field, lanes), load_floats(packet + DIRECTION_X * field, lanes)
+    ny, dy = load_floats(packet + NORMAL_Y * field, lanes), load_floats(packet + DIRECTION_Y * field, lanes)
+    nz, dz = load_floats(packet + NORMAL_Z * field, lanes), load_floats(packet + DIRECTION_Z * field, lanes)
+    normal2, direction2 = nx * nx + ny * ny + nz * nz, dx * dx + dy * dy + dz * dz
+    c = magnitude(nx * dx + ny * dy + nz * dz) / square_root(normal2 * direction2)
+    missed = _missed(lanes, packet)
+    store(packet + BARYCENTRIC * field, choose(missed, _ZERO, choose(c < _ONE, c, _ONE)))
+    store(packet + FAR * field, choose(missed, _ZERO, load_floats(packet + FAR * field, lanes)))
+    store(packet + PRIMITIVE * field, choose(missed, _NONE, load_ints(packet + PRIMITIVE * field, lanes)))
+
+
+@inlined
+def _look_from_right(lanes, packet, shadow, turn, baseline):
+    """Aim from the right imager at the points that were hit.
+
+    A point R (x, y, 1) Z + t is R ((x, y, 1) - (b / Z, 0, 0)) Z away from the right imager.
+    """
+    field = 4 * lanes
+    z = load_floats(packet + FAR * field, lanes)
+    shift = choose(z > _ZERO, baseline / z, _ZERO)
+    for axis in range(3):
+        at = (DIRECTION_X + axis) * field
+        toward = load_floats(packet + at, lanes) - load_floats(turn + 3 * axis * field, lanes) * shift
+        store(shadow + at, toward)
+    # A ray of no length, where nothing was hit, meets nothing.
+    store(shadow + FAR * field, z * SKIN)
+
+
+@inlined
+def _mark_seen(lanes, packet, shadow):
+    """1 in MISSED of ``shadow`` where the right imager sees a point, else 0."""
+    field = 4 * lanes
+    # Embree marks a ray that meets something by a far end of minus infinity.
+    free = choose(load_floats(shadow + FAR * field, lanes) < _ZERO, np.int32(0), spread(np.int32(1), lanes))
+    store(shadow + MISSED * field, choose(_missed(lanes, packet), np.int32(0), free))
 
 
 @cache
@@ -105,163 +163,80 @@ def cast_kernel(lanes: int) -> Any:
 
     @kernel
     def cast_tiles(
-        counter, intersect, occluded, scene, arguments, valid, packets, shadows,
+        counter, intersect, occluded, scene, arguments, valid, packets, shadows, turns,
         rays, pose, baseline, face_tags, depth, face, cosine, tag, right_sees,
     ):  # fmt: skip
         """Cast rows of tiles until ``counter`` has passed the last; threads that share the counter share the work.
 
-        packets, shadows: a tile's (16 / lanes, FIELDS · lanes), zero when they are new.
+        packets, shadows: the packets of a tile, (16 / lanes, FIELDS * lanes), zero when they are new.
+        turns: (16 / lanes, 9 * lanes), scratch.
         rays: (2, tiles down, tiles across, 16) x and y at z = 1, so the ray parameter of a hit is its z-depth.
         pose: (K, 12), rotation row by row, then translation; K is 1, or H for a pose a row (rolling shutter).
         face_tags: tag of face f at f + 1, so that a miss, face -1, needs no test.
         depth, face, cosine, tag: (H, W), written. right_sees: the same, or without pixels where it is not wanted.
         """
         height, width = depth.shape
-        per_row, want_right = pose.shape[0] > 1, right_sees.size > 0
-        none = bits_float(_NONE)
+        field = 4 * lanes  # [bytes]
+        pace, plane = FIELDS * field, 4 * PIXELS * rays.shape[1] * rays.shape[2]
         for part in range(parts):
-            packet, shadow = packets[part], shadows[part]
             for lane in range(lanes):
                 # Time, near end, id and flags stay at the zero that they come with.
-                packet[MASK * lanes + lane] = none
-                shadow[MASK * lanes + lane] = none
-                packet[INSTANCE * lanes + lane] = none
-            _set_origin(lanes, packet, pose, 0, 0, lanes, _ZERO)
-            _set_origin(lanes, shadow, pose, 0, 0, lanes, baseline)
+                packets[part, MASK * lanes + lane] = bits_float(_NONE)
+                shadows[part, MASK * lanes + lane] = bits_float(_NONE)
+                packets[part, INSTANCE * lanes + lane] = bits_float(_NONE)
         while True:
             row = fetch_add(counter.ctypes.data, 1)
             v0 = TILE * row
             if v0 >= height:
                 break
+            _place(lanes, across, packets, shadows, turns, pose, v0, baseline)
             for column in range((width + TILE - 1) // TILE):
                 u0 = TILE * column
                 whole = v0 + TILE <= height and u0 + TILE <= width
+                ray = rays.ctypes.data + 4 * PIXELS * (row * rays.shape[2] + column)
                 missed = np.int32(0)
                 for part in range(parts):
-                    packet, top = packets[part], v0 + part // beside * down
-                    if per_row:
-                        for j in range(down):
-                            k, begin = min(top + j, height - 1), j * across
-                            _set_origin(lanes, packet, pose, k, begin, begin + across, _ZERO)
-                            _aim(lanes, packet, rays, row, column, part, pose, k, begin, begin + across)
-                    else:
-                        _aim(lanes, packet, rays, row, column, part, pose, 0, 0, lanes)
-                    for lane in range(lanes):
-                        packet[FAR * lanes + lane] = _FAR_AWAY
-                        packet[GEOMETRY * lanes + lane] = none
-                    call_embree(intersect, valid.ctypes.data, scene, packet.ctypes.data, arguments.ctypes.data)
-                    missed += _count_missed(lanes, packet)
+                    packet, turn = packets.ctypes.data + part * pace, turns.ctypes.data + part * 9 * field
+                    _aim(lanes, packet, turn, ray + part * field, plane)
+                    store(packet + FAR * field, spread(_FAR_AWAY, lanes))
+                    store(packet + GEOMETRY * field, spread(_NONE, lanes))
+                    call_embree(intersect, valid.ctypes.data, scene, packet, arguments.ctypes.data)
+                    missed += count_true(_missed(lanes, packet))
                 # Where most of the rays miss, it is because nothing is there; a tile at the border counts its copies.
                 if missed > 0 and (missed <= PIXELS // 2 or not whole):
                     for part in range(parts):
-                        packet, top = packets[part], v0 + part // beside * down
-                        for j in range(down):
-                            k = min(top + j, height - 1) if per_row else 0
-                            _nudge(lanes, packet, pose, k, j * across, j * across + across)
-                        lost = packet.ctypes.data + 4 * MISSED * lanes
-                        call_embree(intersect, lost, scene, packet.ctypes.data, arguments.ctypes.data)
+                        packet, turn = packets.ctypes.data + part * pace, turns.ctypes.data + part * 9 * field
+                        _nudge(lanes, packet, turn)
+                        call_embree(intersect, packet + MISSED * field, scene, packet, arguments.ctypes.data)
                 for part in range(parts):
-                    packet, v, u = packets[part], v0 + part // beside * down, u0 + part % beside * across
+                    packet, turn = packets.ctypes.data + part * pace, turns.ctypes.data + part * 9 * field
+                    v, u = v0 + part // beside * down, u0 + part % beside * across
                     _finish(lanes, packet)
                     if whole:
-                        _store(lanes, across, packet, face_tags, v, u, depth, face, cosine, tag)
-                    else:
-                        _store_inside(lanes, across, packet, face_tags, v, u, depth, face, cosine, tag)
-                if want_right:
-                    for part in range(parts):
-                        packet, shadow, top = packets[part], shadows[part], v0 + part // beside * down
                         for j in range(down):
-                            k, begin = min(top + j, height - 1) if per_row else 0, j * across
-                            if per_row:
-                                _set_origin(lanes, shadow, pose, k, begin, begin + across, baseline)
-                            _look_from_right(lanes, packet, shadow, pose, k, begin, begin + across, baseline)
-                        call_embree(occluded, valid.ctypes.data, scene, shadow.ctypes.data, arguments.ctypes.data)
-                        left = u0 + part % beside * across
-                        for j in range(min(down, height - top)):
-                            for i in range(min(across, width - left)):
+                            pixel, lane = 4 * ((v + j) * width + u), j * across
+                            copy_bytes(depth.ctypes.data + pixel, packet + FAR * field + 4 * lane, 4 * across)
+                            copy_bytes(cosine.ctypes.data + pixel, packet + BARYCENTRIC * field + 4 * lane, 4 * across)
+                            copy_bytes(face.ctypes.data + pixel, packet + PRIMITIVE * field + 4 * lane, 4 * across)
+                            for i in range(across):
+                                met = float_bits(packets[part, PRIMITIVE * lanes + lane + i])
+                                tag[v + j, u + i] = face_tags[met + 1]
+                    else:
+                        for j in range(min(down, height - v)):
+                            for i in range(min(across, width - u)):
                                 lane = j * across + i
-                                # Embree marks a ray that meets something by a far end of minus infinity.
-                                hit = float_bits(packet[PRIMITIVE * lanes + lane]) != _NONE
-                                seen = hit and shadow[FAR * lanes + lane] >= _ZERO
-                                right_sees[top + j, left + i] = np.uint8(1) if seen else np.uint8(0)
+                                met = float_bits(packets[part, PRIMITIVE * lanes + lane])
+                                depth[v + j, u + i] = packets[part, FAR * lanes + lane]
+                                cosine[v + j, u + i] = packets[part, BARYCENTRIC * lanes + lane]
+                                face[v + j, u + i], tag[v + j, u + i] = met, face_tags[met + 1]
+                    if right_sees.size > 0:
+                        shadow = shadows.ctypes.data + part * pace
+                        _look_from_right(lanes, packet, shadow, turn, baseline)
+                        call_embree(occluded, valid.ctypes.data, scene, shadow, arguments.ctypes.data)
+                        _mark_seen(lanes, packet, shadow)
+                        for j in range(min(down, height - v)):
+                            for i in range(min(across, width - u)):
+                                seen = float_bits(shadows[part, MISSED * lanes + j * across + i])
+                                right_sees[v + j, u + i] = np.uint8(seen)
 
     return cast_tiles
-
-
-@inlined
-def _count_missed(lanes, packet):
-    """The number of lanes that met nothing."""
-    count = np.int32(0)
-    for lane in range(lanes):
-        count += np.int32(1) if float_bits(packet[GEOMETRY * lanes + lane]) == _NONE else np.int32(0)
-    return count
-
-
-@inlined
-def _nudge(lanes, packet, pose, k, begin, end):
-    """Move the rays that missed by NUDGE along the image's diagonal, and mark their lanes by -1 in MISSED."""
-    for lane in range(begin, end):
-        missed = float_bits(packet[GEOMETRY * lanes + lane]) == _NONE
-        packet[MISSED * lanes + lane] = bits_float(_NONE) if missed else _ZERO
-        step = NUDGE if missed else _ZERO
-        packet[DIRECTION_X * lanes + lane] += step * (pose[k, 0] + pose[k, 1])
-        packet[DIRECTION_Y * lanes + lane] += step * (pose[k, 3] + pose[k, 4])
-        packet[DIRECTION_Z * lanes + lane] += step * (pose[k, 6] + pose[k, 7])
-
-
-@inlined
-def _finish(lanes, packet):
-    """Work out the cosine of incidence, into a row that nobody reads, and clear what a miss left behind."""
-    for lane in range(lanes):
-        nx, ny = packet[NORMAL_X * lanes + lane], packet[NORMAL_Y * lanes + lane]
-        nz = packet[NORMAL_Z * lanes + lane]
-        dx, dy = packet[DIRECTION_X * lanes + lane], packet[DIRECTION_Y * lanes + lane]
-        dz = packet[DIRECTION_Z * lanes + lane]
-        normal2, direction2 = nx * nx + ny * ny + nz * nz, dx * dx + dy * dy + dz * dz
-        c = abs(nx * dx + ny * dy + nz * dz) / np.sqrt(normal2 * direction2)
-        hit = float_bits(packet[GEOMETRY * lanes + lane]) != _NONE
-        packet[BARYCENTRIC * lanes + lane] = (c if c < _ONE else _ONE) if hit else _ZERO
-        packet[FAR * lanes + lane] = packet[FAR * lanes + lane] if hit else _ZERO
-        packet[PRIMITIVE * lanes + lane] = packet[PRIMITIVE * lanes + lane] if hit else bits_float(_NONE)
-
-
-@inlined
-def _store(lanes, across, packet, face_tags, v, u, depth, face, cosine, tag):
-    """Copy the lanes to their pixels, of which the first is (v, u), row by row."""
-    start, width = packet.ctypes.data, depth.shape[1]
-    for j in range(lanes // across):
-        pixel, lane = 4 * ((v + j) * width + u), j * across
-        copy_bytes(depth.ctypes.data + pixel, start + 4 * (FAR * lanes + lane), 4 * across)
-        copy_bytes(cosine.ctypes.data + pixel, start + 4 * (BARYCENTRIC * lanes + lane), 4 * across)
-        copy_bytes(face.ctypes.data + pixel, start + 4 * (PRIMITIVE * lanes + lane), 4 * across)
-        for i in range(across):
-            tag[v + j, u + i] = face_tags[float_bits(packet[PRIMITIVE * lanes + lane + i]) + 1]
-
-
-@inlined
-def _store_inside(lanes, across, packet, face_tags, v, u, depth, face, cosine, tag):
-    """The same for a packet that hangs over the border."""
-    height, width = depth.shape
-    for j in range(min(lanes // across, height - v)):
-        for i in range(min(across, width - u)):
-            lane = j * across + i
-            depth[v + j, u + i] = packet[FAR * lanes + lane]
-            cosine[v + j, u + i] = packet[BARYCENTRIC * lanes + lane]
-            face[v + j, u + i] = float_bits(packet[PRIMITIVE * lanes + lane])
-            tag[v + j, u + i] = face_tags[float_bits(packet[PRIMITIVE * lanes + lane]) + 1]
-
-
-@inlined
-def _look_from_right(lanes, packet, shadow, pose, k, begin, end, baseline):
-    """Aim from the right imager at the points that were hit.
-
-    A point R (x, y, 1) Z + t is R ((x, y, 1) - (b / Z, 0, 0)) Z away from the right imager.
-    """
-    for lane in range(begin, end):
-        z = packet[FAR * lanes + lane]
-        shift = baseline / z if z > _ZERO else _ZERO
-        shadow[DIRECTION_X * lanes + lane] = packet[DIRECTION_X * lanes + lane] - pose[k, 0] * shift
-        shadow[DIRECTION_Y * lanes + lane] = packet[DIRECTION_Y * lanes + lane] - pose[k, 3] * shift
-        shadow[DIRECTION_Z * lanes + lane] = packet[DIRECTION_Z * lanes + lane] - pose[k, 6] * shift
-        # A ray of no length, where nothing was hit, meets nothing.
-        shadow[FAR * lanes + lane] = z * SKIN
