@@ -9,7 +9,7 @@ from shapes import as_scene, box, camera, look_at, random_poses, soup, sphere
 from depthsim.errors import InputError
 from depthsim.raycast import Caster, Geometry, embree
 from depthsim.raycast.kernel import tile_rays
-from depthsim.raycast.packet import ACROSS, PIXELS, TILE, pixel_order
+from depthsim.raycast.packet import ACROSS, PIXELS, TILE
 from depthsim.scene import Scene
 
 WIDTHS = sorted(ACROSS)
@@ -38,6 +38,17 @@ def assert_same_hits(one: Geometry, other: Geometry, ulps: int = 1) -> None:
 @pytest.fixture(scope="module")
 def scene() -> Scene:
     return as_scene(soup(np.random.default_rng(2), 5000, size=0.2), sphere(4), tags=["plastic", "cement"])
+
+
+def pixel_order(lanes: int) -> list[tuple[int, int]]:
+    """(row, column) in the tile of each of its 16 lanes, packet after packet."""
+    across = ACROSS[lanes]
+    down, beside = lanes // across, TILE // across
+    return [
+        (packet // beside * down + lane // across, packet % beside * across + lane % across)
+        for packet in range(PIXELS // lanes)
+        for lane in range(lanes)
+    ]
 
 
 @pytest.mark.parametrize("lanes", WIDTHS)

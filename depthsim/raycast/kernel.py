@@ -32,7 +32,6 @@ from depthsim.raycast.packet import (
     PIXELS,
     PRIMITIVE,
     TILE,
-    pixel_order,
 )
 
 _NONE = np.int32(-1)
@@ -55,25 +54,21 @@ def tile_rays(rays: NDArray[np.float32], lanes: int) -> NDArray[np.float32]:
     A tile that hangs over the border casts the last pixels again; nobody reads the copies.
     """
     height, width = rays.shape[1:]
-    tiles = np.empty((2, -(-height // TILE), -(-width // TILE), PIXELS), np.float32)
-    _fill_tiles(np.ascontiguousarray(rays, np.float32), np.array(pixel_order(lanes)), tiles)
-    return tiles
+    down, across = -(-height // TILE), -(-width // TILE)
+    rays = np.pad(rays, ((0, 0), (0, down * TILE - height), (0, across * TILE - width)), "edge")
+    # A tile's rows and columns, each cut into those of a packet.
+    packet_rows, packet_columns = lanes // ACROSS[lanes], ACROSS[lanes]
+    cut = rays.reshape(2, down, TILE // packet_rows, packet_rows, across, TILE // packet_columns, packet_columns)
+    tiles = cut.transpose(0, 1, 4, 2, 5, 3, 6).reshape(2, down, across, PIXELS)
+    return np.ascontiguousarray(tiles, np.float32)
 
 
 @kernel
-def _fill_tiles(rays, order, tiles):
-    height, width = rays.shape[1], rays.shape[2]
-    for axis in range(2):
-        for row in range(tiles.shape[1]):
-            for column in range(tiles.shape[2]):
-                for k in range(PIXELS):
-                    v, u = TILE * row + order[k, 0], TILE * column + order[k, 1]
-                    tiles[axis, row, column, k] = rays[axis, min(v, height - 1), min(u, width - 1)]
-
-
-@inlined
 def _place(lanes, across, packets, shadows, turns, pose, v0, baseline):
-    """Write out for every lane where the imagers are, and how they are turned, in the rows of pixels from ``v0`` on."""
+    """Write out for every lane where the imagers are, and how they are turned, in the rows of pixels from ``v0`` on.
+
+    Time, near end, id and flags of a ray stay at the zero that they come with.
+    """
     down, beside = lanes // across, TILE // across
     for part in range(PIXELS // lanes):
         for lane in range(lanes):
@@ -83,6 +78,9 @@ def _place(lanes, across, packets, shadows, turns, pose, v0, baseline):
             for axis in range(3):
                 packets[part, (ORIGIN_X + axis) * lanes + lane] = pose[k, 9 + axis]
                 shadows[part, (ORIGIN_X + axis) * lanes + lane] = pose[k, 9 + axis] + pose[k, 3 * axis] * baseline
+            packets[part, MASK * lanes + lane] = bits_float(_NONE)
+            shadows[part, MASK * lanes + lane] = bits_float(_NONE)
+            packets[part, INSTANCE * lanes + lane] = bits_float(_NONE)
 
 
 @inlined
@@ -177,13 +175,10 @@ def cast_kernel(lanes: int) -> Any:
         """
         height, width = depth.shape
         field = 4 * lanes  # [bytes]
+        first_packet, first_shadow, first_turn = packets.ctypes.data, shadows.ctypes.data, turns.ctypes.data
+        every_lane, how = valid.ctypes.data, arguments.ctypes.data
+        first_depth, first_cosine, first_face = depth.ctypes.data, cosine.ctypes.data, face.ctypes.data
         pace, plane = FIELDS * field, 4 * PIXELS * rays.shape[1] * rays.shape[2]
-        for part in range(parts):
-            for lane in range(lanes):
-                # Time, near end, id and flags stay at the zero that they come with.
-                packets[part, MASK * lanes + lane] = bits_float(_NONE)
-                shadows[part, MASK * lanes + lane] = bits_float(_NONE)
-                packets[part, INSTANCE * lanes + lane] = bits_float(_NONE)
         while True:
             row = fetch_add(counter.ctypes.data, 1)
             v0 = TILE * row
@@ -196,28 +191,28 @@ def cast_kernel(lanes: int) -> Any:
                 ray = rays.ctypes.data + 4 * PIXELS * (row * rays.shape[2] + column)
                 missed = np.int32(0)
                 for part in range(parts):
-                    packet, turn = packets.ctypes.data + part * pace, turns.ctypes.data + part * 9 * field
+                    packet, turn = first_packet + part * pace, first_turn + part * 9 * field
                     _aim(lanes, packet, turn, ray + part * field, plane)
                     store(packet + FAR * field, spread(_FAR_AWAY, lanes))
                     store(packet + GEOMETRY * field, spread(_NONE, lanes))
-                    call_embree(intersect, valid.ctypes.data, scene, packet, arguments.ctypes.data)
+                    call_embree(intersect, every_lane, scene, packet, how)
                     missed += count_true(_missed(lanes, packet))
                 # Where most of the rays miss, it is because nothing is there; a tile at the border counts its copies.
                 if missed > 0 and (missed <= PIXELS // 2 or not whole):
                     for part in range(parts):
-                        packet, turn = packets.ctypes.data + part * pace, turns.ctypes.data + part * 9 * field
+                        packet, turn = first_packet + part * pace, first_turn + part * 9 * field
                         _nudge(lanes, packet, turn)
-                        call_embree(intersect, packet + MISSED * field, scene, packet, arguments.ctypes.data)
+                        call_embree(intersect, packet + MISSED * field, scene, packet, how)
                 for part in range(parts):
-                    packet, turn = packets.ctypes.data + part * pace, turns.ctypes.data + part * 9 * field
+                    packet, turn = first_packet + part * pace, first_turn + part * 9 * field
                     v, u = v0 + part // beside * down, u0 + part % beside * across
                     _finish(lanes, packet)
                     if whole:
                         for j in range(down):
                             pixel, lane = 4 * ((v + j) * width + u), j * across
-                            copy_bytes(depth.ctypes.data + pixel, packet + FAR * field + 4 * lane, 4 * across)
-                            copy_bytes(cosine.ctypes.data + pixel, packet + BARYCENTRIC * field + 4 * lane, 4 * across)
-                            copy_bytes(face.ctypes.data + pixel, packet + PRIMITIVE * field + 4 * lane, 4 * across)
+                            copy_bytes(first_depth + pixel, packet + FAR * field + 4 * lane, 4 * across)
+                            copy_bytes(first_cosine + pixel, packet + BARYCENTRIC * field + 4 * lane, 4 * across)
+                            copy_bytes(first_face + pixel, packet + PRIMITIVE * field + 4 * lane, 4 * across)
                             for i in range(across):
                                 met = float_bits(packets[part, PRIMITIVE * lanes + lane + i])
                                 tag[v + j, u + i] = face_tags[met + 1]
@@ -230,9 +225,9 @@ def cast_kernel(lanes: int) -> Any:
                                 cosine[v + j, u + i] = packets[part, BARYCENTRIC * lanes + lane]
                                 face[v + j, u + i], tag[v + j, u + i] = met, face_tags[met + 1]
                     if right_sees.size > 0:
-                        shadow = shadows.ctypes.data + part * pace
+                        shadow = first_shadow + part * pace
                         _look_from_right(lanes, packet, shadow, turn, baseline)
-                        call_embree(occluded, valid.ctypes.data, scene, shadow, arguments.ctypes.data)
+                        call_embree(occluded, every_lane, scene, shadow, how)
                         _mark_seen(lanes, packet, shadow)
                         for j in range(min(down, height - v)):
                             for i in range(min(across, width - u)):

@@ -13,14 +13,3 @@ Squares share more of the tree than strips: 16x1 took 1.3 times as long."""
 PIXELS = TILE * TILE
 ACROSS = {16: 4, 8: 4, 4: 2}
 """The pixels of a packet's row: 4x4, 4x2 or 2x2 are one packet, and one, two or four packets a tile."""
-
-
-def pixel_order(lanes: int) -> list[tuple[int, int]]:
-    """(row, column) in the tile of each of its 16 lanes, packet after packet."""
-    across = ACROSS[lanes]
-    down, beside = lanes // across, TILE // across
-    return [
-        (packet // beside * down + lane // across, packet % beside * across + lane % across)
-        for packet in range(PIXELS // lanes)
-        for lane in range(lanes)
-    ]
