@@ -5,6 +5,8 @@ Every function gives a call without arguments, or None where the peer is not ins
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,20 +16,19 @@ from depthsim.kernels import kernel
 from depthsim.llvm import bits_float, call_embree, fetch_add
 from depthsim.parallel import core_count, run_threads
 from depthsim.raycast import embree
-from depthsim.raycast.kernel import (
+from depthsim.raycast.packet import (
+    ACROSS,
     DIRECTION_X,
     DIRECTION_Y,
     DIRECTION_Z,
     FAR,
+    FIELDS,
     GEOMETRY,
     INSTANCE,
-    LANES,
     MASK,
     ORIGIN_X,
     ORIGIN_Y,
     ORIGIN_Z,
-    PACKET,
-    TILE,
 )
 from depthsim.scene import Scene
 
@@ -41,50 +42,55 @@ def world_rays(camera: Camera, pose: NDArray) -> tuple[NDArray[np.float32], NDAr
     return np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32)
 
 
-@kernel
-def _bare_loop(counter, intersect, scene, arguments, valid, packet, pose, fx, fy, cx, cy, width, height):
-    """Aim, call rtcIntersect16, and nothing else: no result is read."""
-    none = bits_float(np.int32(-1))
-    for lane in range(LANES):
-        packet[MASK + lane] = none
-        packet[INSTANCE + lane] = none
-        packet[ORIGIN_X + lane], packet[ORIGIN_Y + lane], packet[ORIGIN_Z + lane] = pose[9], pose[10], pose[11]
-    while True:
-        v0 = TILE * fetch_add(counter.ctypes.data, 1)
-        if v0 >= height:
-            break
-        for u0 in range(0, width, TILE):
-            for lane in range(LANES):
-                x = (np.float32(u0 + lane % TILE) - cx) / fx
-                y = (np.float32(v0 + lane // TILE) - cy) / fy
-                packet[DIRECTION_X + lane] = pose[0] * x + pose[1] * y + pose[2]
-                packet[DIRECTION_Y + lane] = pose[3] * x + pose[4] * y + pose[5]
-                packet[DIRECTION_Z + lane] = pose[6] * x + pose[7] * y + pose[8]
-                packet[FAR + lane] = np.float32(np.inf)
-                packet[GEOMETRY + lane] = none
-            call_embree(intersect, valid.ctypes.data, scene, packet.ctypes.data, arguments.ctypes.data)
+@cache
+def _bare_kernel(lanes: int) -> Any:
+    across, down = ACROSS[lanes], lanes // ACROSS[lanes]
+
+    @kernel
+    def bare_loop(counter, intersect, scene, arguments, valid, packet, pose, fx, fy, cx, cy, width, height):
+        """Aim, call rtcIntersectN, and nothing else: no result is read."""
+        none = bits_float(np.int32(-1))
+        for lane in range(lanes):
+            packet[MASK * lanes + lane] = none
+            packet[INSTANCE * lanes + lane] = none
+            packet[ORIGIN_X * lanes + lane] = pose[9]
+            packet[ORIGIN_Y * lanes + lane] = pose[10]
+            packet[ORIGIN_Z * lanes + lane] = pose[11]
+        while True:
+            v0 = down * fetch_add(counter.ctypes.data, 1)
+            if v0 >= height:
+                break
+            for u0 in range(0, width, across):
+                for lane in range(lanes):
+                    x = (np.float32(u0 + lane % across) - cx) / fx
+                    y = (np.float32(v0 + lane // across) - cy) / fy
+                    packet[DIRECTION_X * lanes + lane] = pose[0] * x + pose[1] * y + pose[2]
+                    packet[DIRECTION_Y * lanes + lane] = pose[3] * x + pose[4] * y + pose[5]
+                    packet[DIRECTION_Z * lanes + lane] = pose[6] * x + pose[7] * y + pose[8]
+                    packet[FAR * lanes + lane] = np.float32(np.inf)
+                    packet[GEOMETRY * lanes + lane] = none
+                call_embree(intersect, valid.ctypes.data, scene, packet.ctypes.data, arguments.ctypes.data)
+
+    return bare_loop
 
 
 def bare_loop(scene: Scene, camera: Camera, pose: NDArray) -> Call:
-    """``rtcIntersect16`` in a loop on all cores: the floor under every caster that uses it."""
+    """``rtcIntersectN`` in a loop on all cores, N as the device likes it: the floor under every caster that uses it."""
     middle = scene.bounds.mean(axis=0)
-    tree = embree.EmbreeScene(scene.vertices - middle, scene.faces)
+    tree, lanes = embree.EmbreeScene(scene.vertices - middle, scene.faces), embree.packet_lanes()
     row = np.concatenate([pose[:3, :3].reshape(-1), pose[:3, 3] - middle]).astype(np.float32)
-    arguments, valid = embree.query_arguments(), embree.aligned(16, np.int32)
-    valid[:] = -1
+    arguments, valid = embree.query_arguments(), embree.all_lanes()
     numbers = [np.float32(value) for value in (camera.fx, camera.fy, camera.cx, camera.cy)]
-    intersect = embree.address("rtcIntersect16")
+    intersect, loop = embree.address(f"rtcIntersect{lanes}"), _bare_kernel(lanes)
 
-    def call() -> None:
+    def call(threads: int | None = None) -> None:
         counter = np.zeros(1, np.int64)
 
         def work(_: int) -> None:
-            packet = embree.aligned(PACKET, np.float32)
-            _bare_loop(
-                counter, intersect, tree.handle, arguments, valid, packet, row, *numbers, camera.width, camera.height
-            )
+            packet = embree.aligned((FIELDS * lanes,), np.float32)
+            loop(counter, intersect, tree.handle, arguments, valid, packet, row, *numbers, camera.width, camera.height)
 
-        run_threads(work, core_count())
+        run_threads(work, threads or core_count())
 
     return call
 

@@ -1,8 +1,10 @@
 """How fast depthsim is, side by side with its peers and with itself: every figure is a ratio from one run.
 
-    ./run python benchmarks/speed.py [--quick]
+    ./run python benchmarks/speed.py [--quick] [--processor-time] [--main CHECKOUT]
 
-Peers that are not installed are left out, and said so. Absolute times hold for this machine alone.
+Peers that are not installed are left out, and said so. Absolute times hold for this machine alone. Times are medians of
+turns on the wall clock, or with --processor-time the least processor time of all threads together, which other work on
+the machine disturbs less.
 """
 
 import argparse
@@ -11,29 +13,33 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks import peers, rough_tube
-from benchmarks.measuring import machine, milliseconds, ratio, side_by_side
+from benchmarks import rough_tube
+from benchmarks.measuring import Work, least_cpu, machine, milliseconds, ratio, side_by_side
+from benchmarks.speed_cast import Measure, cast_every_scene, instruction_sets
 from depthsim.generate import DEFAULT_STREAMS, FrameMaker
 from depthsim.materials import load_materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster
 from depthsim.runs.writer import RunWriter
+from depthsim.scene import Scene
+from depthsim.scenefile import load_scene
 from depthsim.sensor import Frame, Sensor, load_profile
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.material_noise import MaterialNoise
 from depthsim.sensor.motion import Motion
-from depthsim.trajectory import Trajectory
+from depthsim.trajectory import Trajectory, resolve_trajectory
 
 PAPER = (MaterialNoise(), FillRate())
 
@@ -50,57 +56,51 @@ class Results:
     def __init__(self) -> None:
         self.table = Table("what", "ours ms", "other ms", "figure", "at least", "", title="depthsim's speed")
 
-    def add(self, what: str, ours: float, other: float, figure: float, aim: float, more: bool) -> None:
+    def add(self, what: str, ours: float | None, other: float | None, figure: float, aim: float, more: bool) -> None:
         """A row; ``more`` tells whether a larger figure is better."""
+        times = ("" if value is None else f"{value:.2f}" for value in (ours, other))
         reached = figure >= aim if more else figure <= aim
         sign = "≥" if more else "≤"
-        self.table.add_row(
-            what, f"{ours:.2f}", f"{other:.2f}", f"{figure:.2f}", f"{sign} {aim}", "yes" if reached else "[red]no[/red]"
-        )
+        self.table.add_row(what, *times, f"{figure:.2f}", f"{sign} {aim}", "yes" if reached else "[red]no[/red]")
 
     def missing(self, what: str) -> None:
         """A row for a peer that is not here."""
         self.table.add_row(what, "", "", "", "", "not installed")
 
 
-def against_peers(results: Results, rounds: int, quick: bool) -> None:
-    """The clean cast, z, face, tag and cosine, against each peer in turn."""
-    camera, pose = rough_tube.camera(), rough_tube.view()
-    sizes = [("12 faces", rough_tube.box()), ("300k faces", rough_tube.tube(300_000))]
-    if not quick:
-        sizes.append(("3M faces", rough_tube.tube(3_000_000)))
-    for size, scene in sizes:
-        caster = Caster(scene)
-        out = caster.cast(camera, pose)
-        rows: list[tuple[str, Callable[[], object] | None, float, bool]] = []
-        if size == "300k faces":
-            rows += [
-                ("Open3D cast_rays", peers.open3d_cast_rays(scene, camera, pose), 4, True),
-                (f"embreex run, {core_count()} threads", peers.embreex_run(scene, camera, pose), 4, True),
-                ("bare rtcIntersect16 loop", peers.bare_loop(scene, camera, pose), 1.15, False),
-            ]
-        slower = 1.4 if size == "12 faces" else 1.0
-        for variant in ("llvm_ad_rgb", "llvm_ad_mono"):
-            rows.append((f"Mitsuba {variant}", peers.mitsuba_intersect(scene, camera, pose, variant), slower, False))
-        for name, peer, aim, faster in rows:
-            what = f"clean 848x480, {size}, against {name}"
-            if peer is None:
-                results.missing(what)
+def against_peers(console: Console, results: Results, measure: Measure) -> None:
+    """The clean cast, z, face, tag and cosine, of every scene: the worst and the median of them against the aims."""
+    figures = cast_every_scene(measure)
+    console.print(figures.table)
+    for instructions in instruction_sets():
+        where = instructions or "best instructions"
+        for peer, worst, median in (("Open3D", 1 / 1.7, 1 / 2.0), ("Mitsuba", 1.0, 0.75), ("bare loop", 1.12, None)):
+            ratios = figures.ratios.get((instructions, peer))
+            if not ratios:
+                results.missing(f"clean over {peer}, {where}")
                 continue
-            ours = partial(caster.cast, camera, pose, out=out)
-            seconds = side_by_side({"ours": ours, "peer": peer}, rounds)
-            figure = ratio(seconds, "peer", "ours") if faster else ratio(seconds, "ours", "peer")
-            results.add(what, milliseconds(seconds["ours"]), milliseconds(seconds["peer"]), figure, aim, faster)
+            results.add(f"clean over {peer}, {where}, worst scene", None, None, max(ratios), round(worst, 2), False)
+            if median is not None:
+                middle = float(np.median(ratios))
+                results.add(f"clean over {peer}, {where}, median of scenes", None, None, middle, median, False)
 
 
-def sensor_over_clean(results: Results, rounds: int) -> None:
-    """The paper's sensor against the clean cast, and the noise step against plain NumPy."""
-    scene, camera, pose = rough_tube.tube(300_000), rough_tube.camera(), rough_tube.view()
-    caster = Caster(scene)
-    materials = load_materials()
-    paper = Sensor(caster, camera, PAPER, materials)
-    right = Sensor(caster, camera, (NoiseThatLooksRight(), FillRate()), materials)
-    out, out_paper, out_right = caster.cast(camera, pose), paper.measure(pose), right.measure(pose)
+def sensor_over_clean(results: Results, measure: Measure) -> None:
+    """The paper's sensor and the D435's against the clean cast, and the noise step against plain NumPy."""
+    office = load_scene("office")
+    poses = resolve_trajectory(None, office, 30).matrices()
+    _sensor_over_clean(results, measure, office, poses[len(poses) // 3])
+    _sensor_over_clean(results, measure, rough_tube.tube(300_000), rough_tube.view())
+
+
+def _sensor_over_clean(results: Results, measure: Measure, scene: Scene, pose: NDArray[np.float64]) -> None:
+    camera, caster, materials = rough_tube.camera(), Caster(scene), load_materials()
+    sensors = {
+        "paper": Sensor(caster, camera, PAPER, materials),
+        "right": Sensor(caster, camera, (NoiseThatLooksRight(), FillRate()), materials),
+        "d435": Sensor(caster, camera, load_profile("d435").effects, materials),
+    }
+    out = caster.cast(camera, pose)
     frame = Frame(
         np.empty(camera.shape, np.float32), out, camera, scene, materials, Motion.still(pose), threads=core_count()
     )
@@ -118,24 +118,18 @@ def sensor_over_clean(results: Results, rounds: int) -> None:
         noisy[random.random(z.shape, dtype=np.float32) < np.float32(0.01)] = 0
         return noisy
 
-    seconds = side_by_side(
-        {
-            "clean": lambda: caster.cast(camera, pose, out=out),
-            "paper": lambda: paper.measure(pose, out=out_paper),
-            "right": lambda: right.measure(pose, out=out_right),
-            "noise": noise_step,
-            "numpy": plain_numpy,
-        },
-        rounds,
-    )
+    works: dict[str, Work] = {name: partial(s.measure, pose, out=s.measure(pose)) for name, s in sensors.items()}
+    clean = partial(caster.cast, camera, pose, out=caster.cast(camera, pose))
+    seconds = measure(works | {"clean": clean, "noise": noise_step, "numpy": plain_numpy})
     for what, name, aim in (
-        ("paper noise, holes, 16 bit, against clean", "paper", 1.3),
-        ("and the right imager's view, against clean", "right", 2.0),
+        ("paper noise, holes, 16 bit, over clean", "paper", 1.15),
+        ("and the right imager's view, over clean", "right", 1.9),
+        ("the d435 profile over clean", "d435", 2.2),
     ):
-        own, clean = milliseconds(seconds[name]), milliseconds(seconds["clean"])
-        results.add(what, own, clean, ratio(seconds, name, "clean"), aim, False)
+        own, base = milliseconds(seconds[name]), milliseconds(seconds["clean"])
+        results.add(f"{what}, {scene.name}", own, base, ratio(seconds, name, "clean"), aim, False)
     own, other = milliseconds(seconds["noise"]), milliseconds(seconds["numpy"])
-    results.add("noise step against plain NumPy", own, other, ratio(seconds, "numpy", "noise"), 4, True)
+    results.add(f"noise step against plain NumPy, {scene.name}", own, other, ratio(seconds, "numpy", "noise"), 4, True)
 
 
 def to_disk(results: Results, frames: int) -> None:
@@ -145,7 +139,10 @@ def to_disk(results: Results, frames: int) -> None:
     positions = np.stack([stamps, np.full(frames, 0.1), np.full(frames, 0.2)], axis=1)
     trajectory = Trajectory(stamps, positions, np.tile([-0.5, 0.5, -0.5, 0.5], (frames, 1)))
     sensor = Sensor(Caster(scene), camera, load_profile("paper").effects)
-    for what, streams in (("depth alone", ("depth",)), ("depth, clean, material, rgb", DEFAULT_STREAMS)):
+    for what, streams, aim in (
+        ("depth alone", ("depth",), 0.9),
+        ("depth, clean, material, rgb", DEFAULT_STREAMS, 0.8),
+    ):
         maker = FrameMaker(sensor, trajectory, 0, streams)
         writing, making = [], []
         for _ in range(3):
@@ -164,9 +161,39 @@ def to_disk(results: Results, frames: int) -> None:
             float(np.median(writing)) * 1e3,
             float(np.median(making)) * 1e3,
             share,
-            0.6,
+            aim,
             True,
         )
+
+
+def whole_command(results: Results, frames: int, main: Path | None) -> None:
+    """``generate office --only-depth``: how busy the cores are, and how much faster it is than another checkout."""
+    seconds: dict[str, list[float]] = {"ours": [], "main": []}
+    busy = []
+    with tempfile.TemporaryDirectory() as folder:
+        for turn in range(4):  # the first compiles
+            for name, tree in (("ours", Path(__file__).resolve().parents[1]), ("main", main)):
+                if tree is None:
+                    continue
+                command = [sys.executable, "-m", "depthsim", "generate", "office", "--only-depth", "--overwrite"]
+                before, begin = os.times(), time.perf_counter()
+                subprocess.run(
+                    [*command, "--frames", str(frames), "--out", f"{folder}/{name}"],
+                    check=True, capture_output=True, cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)},
+                )  # fmt: skip
+                wall, after = time.perf_counter() - begin, os.times()
+                if turn:
+                    seconds[name].append(wall)
+                if turn and name == "ours":
+                    busy.append((after.children_user - before.children_user) / wall)
+    what = f"generate office --only-depth --frames {frames}"
+    results.add(f"{what}: user time over wall", None, None, max(busy), 1.9, True)
+    if main is None:
+        results.missing(f"{what} against main (--main CHECKOUT)")
+        return
+    # The whole command, start-up and all; minima, because whole processes vary.
+    ours, other = min(seconds["ours"]), min(seconds["main"])
+    results.add(f"{what} against main", ours * 1e3, other * 1e3, other / ours, 2, True)
 
 
 def growth(console: Console, rounds: int, quick: bool) -> None:
@@ -247,6 +274,8 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="fewer rounds, no 3M faces, no long memory run")
     parser.add_argument("--memory-frames", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--memory-faces", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--processor-time", action="store_true", help="least processor time, for a shared machine")
+    parser.add_argument("--main", type=Path, help="another checkout, to compare the whole command with")
     options = parser.parse_args()
     if options.memory_frames:
         memory_over_frames(options.memory_frames)
@@ -257,9 +286,16 @@ def main() -> None:
     console, results = Console(width=None if sys.stdout.isatty() else 120), Results()
     console.print(machine())
     rounds = 7 if options.quick else 25
-    against_peers(results, rounds, options.quick)
-    sensor_over_clean(results, rounds)
+
+    def measure(works: Mapping[str, Work]) -> dict[str, list[float]]:
+        if options.processor_time:
+            return {name: [least] for name, least in least_cpu(works, rounds).items()}
+        return side_by_side(works, rounds)
+
+    against_peers(console, results, measure)
+    sensor_over_clean(results, measure)
     to_disk(results, 20 if options.quick else 100)
+    whole_command(results, 60 if options.quick else 300, options.main)
     console.print(results.table)
     growth(console, rounds, options.quick)
     start_up(console)

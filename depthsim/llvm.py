@@ -4,6 +4,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 _BYTES = ir.IntType(8).as_pointer()
@@ -21,6 +22,18 @@ def call_embree(typing: Any, function: Any, valid: Any, scene: Any, rays: Any, a
         return context.get_dummy_value()
 
     return types.void(types.intp, types.intp, types.intp, types.intp, types.intp), codegen
+
+
+@intrinsic
+def copy_bytes(typing: Any, target: Any, source: Any, size: Any) -> Any:
+    """Copy ``size`` bytes from one address to another: one load and one store where ``size`` is known and small."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        target, source = (builder.inttoptr(address, _BYTES) for address in args[:2])
+        cgutils.raw_memcpy(builder, target, source, args[2], ir.Constant(ir.IntType(64), 1))
+        return context.get_dummy_value()
+
+    return types.void(types.intp, types.intp, types.intp), codegen
 
 
 @intrinsic

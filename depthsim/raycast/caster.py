@@ -36,6 +36,7 @@ class Caster:
         if backend == "embree":
             try:
                 self._embree = embree.EmbreeScene(vertices, scene.faces)
+                self._lanes = embree.packet_lanes()
             except embree.EmbreeMissing:
                 backend = "embreex"
         self.backend = backend
@@ -92,7 +93,7 @@ class Caster:
         if self._embree is not None:
             from depthsim.raycast.kernel import tile_rays
 
-            tiles = _camera_tiles(camera) if rays is None else tile_rays(rays)
+            tiles = _camera_tiles(camera, self._lanes) if rays is None else tile_rays(rays, self._lanes)
         for index in range(len(poses)):
             if self._embree is not None:
                 self._cast_tiles(camera, tiles, rows[index], pictures[index], right, threads or core_count())
@@ -119,20 +120,16 @@ class Caster:
         if self._embree is None:
             self._embreex.reached(camera, row, depth, toward, out)
             return out
-        from depthsim.raycast.kernel import PACKET
-        from depthsim.raycast.skyward import reach_rows
+        from depthsim.raycast.packet import FIELDS
+        from depthsim.raycast.skyward import reach_kernel
 
-        handle, arguments = self._embree.handle, embree.query_arguments()
-        occluded, valid, threads = (
-            embree.address("rtcOccluded16"),
-            embree.aligned(16, np.int32),
-            threads or core_count(),
-        )
-        valid[:] = -1
+        handle, arguments, valid = self._embree.handle, embree.query_arguments(), embree.all_lanes()
+        occluded, reach_rows = embree.address(f"rtcOccluded{self._lanes}"), reach_kernel(self._lanes)
+        threads = threads or core_count()
         cuts = np.linspace(0, camera.height, threads + 1).astype(int)
 
         def work(index: int) -> None:
-            packet = embree.aligned(PACKET, np.float32)
+            packet = embree.aligned((FIELDS * self._lanes,), np.float32)
             reach_rows(
                 cuts[index], cuts[index + 1], occluded, handle, arguments, valid, packet, row, toward,
                 camera.rays[0], camera.rays[1], depth, out,
@@ -150,21 +147,22 @@ class Caster:
         right: bool,
         threads: int,
     ) -> None:
-        from depthsim.raycast.kernel import PACKET, cast_tiles
+        from depthsim.raycast.kernel import cast_kernel
+        from depthsim.raycast.packet import FIELDS, PIXELS
 
         assert self._embree is not None
-        scene, arguments = self._embree.handle, embree.query_arguments()
-        intersect, occluded = embree.address("rtcIntersect16"), embree.address("rtcOccluded16")
-        valid = embree.aligned(16, np.int32)
-        valid[:] = -1
+        lanes, cast_tiles = self._lanes, cast_kernel(self._lanes)
+        scene, arguments, valid = self._embree.handle, embree.query_arguments(), embree.all_lanes()
+        intersect, occluded = embree.address(f"rtcIntersect{lanes}"), embree.address(f"rtcOccluded{lanes}")
         counter = np.zeros(1, np.int64)
         right_sees = out.right_sees if right and out.right_sees is not None else np.empty((0, 0), np.uint8)
         baseline = np.float32(camera.baseline)
 
         def work(_: int) -> None:
-            packet, shadow = embree.aligned(PACKET, np.float32), embree.aligned(PACKET, np.float32)
+            packets, shadows = (embree.aligned((PIXELS // lanes, FIELDS * lanes), np.float32) for _ in range(2))
+            turns = embree.aligned((PIXELS // lanes, 9 * lanes), np.float32)
             cast_tiles(
-                counter, intersect, occluded, scene, arguments, valid, packet, shadow,
+                counter, intersect, occluded, scene, arguments, valid, packets, shadows, turns,
                 tiles, pose, baseline, self._face_tags, out.depth, out.face, out.cosine, out.tag, right_sees,
             )  # fmt: skip
 
@@ -172,11 +170,11 @@ class Caster:
 
 
 @lru_cache(maxsize=8)
-def _camera_tiles(camera: Camera) -> NDArray[np.float32]:
+def _camera_tiles(camera: Camera, lanes: int) -> NDArray[np.float32]:
     """A camera's rays as the kernel takes them: the same for every frame."""
     from depthsim.raycast.kernel import tile_rays
 
-    return tile_rays(camera.rays)
+    return tile_rays(camera.rays, lanes)
 
 
 def _checked_bounds(scene: Scene) -> NDArray[np.float64]:

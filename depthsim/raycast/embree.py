@@ -1,12 +1,15 @@
 """The Embree 4 library inside the embreex wheel, by ctypes: device, scene, and the addresses that the kernel calls."""
 
 import ctypes
+import os
 import weakref
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from depthsim.errors import InputError
 
 _TRIANGLE, _INDEX, _VERTEX = 0, 0, 1
 _UINT3, _FLOAT3 = 0x5003, 0x9003
@@ -15,11 +18,14 @@ _ROBUST = 4
 _MEDIUM_QUALITY = 1
 _COHERENT = 1 << 16
 _TRIANGLE_FEATURE = 1 << 1
+_NATIVE = {16: 34, 8: 33, 4: 32}
+"""Lanes of a packet -> the device's property that says whether it takes such packets whole."""
 
 _Pointer = ctypes.c_void_p
 _SIGNATURES: dict[str, tuple[type | None, list[type]]] = {
     "rtcNewDevice": (_Pointer, [ctypes.c_char_p]),
     "rtcGetDeviceError": (ctypes.c_int, [_Pointer]),
+    "rtcGetDeviceProperty": (ctypes.c_ssize_t, [_Pointer, ctypes.c_int]),
     "rtcNewScene": (_Pointer, [_Pointer]),
     "rtcSetSceneFlags": (None, [_Pointer, ctypes.c_int]),
     "rtcSetSceneBuildQuality": (None, [_Pointer, ctypes.c_int]),
@@ -60,12 +66,35 @@ def _library() -> ctypes.CDLL:
     return library
 
 
-@cache
 def _device() -> int:
-    device = _library().rtcNewDevice(None)
-    if not device:
-        raise EmbreeMissing("Embree found no device that it can run on")
-    return int(device)
+    """The device that DEPTHSIM_EMBREE_CONFIG asks for, such as ``isa=avx2``; the processor's best without it."""
+    return _device_of(os.environ.get("DEPTHSIM_EMBREE_CONFIG", ""))
+
+
+@cache
+def _device_of(configuration: str) -> int:
+    device = _library().rtcNewDevice(configuration.encode() or None)
+    if device:
+        return int(device)
+    if configuration:
+        mend = "give Embree's own settings, such as isa=avx2"
+        raise InputError("DEPTHSIM_EMBREE_CONFIG", "", f"Embree refuses {configuration!r}", mend)
+    raise EmbreeMissing("Embree found no device that it can run on")
+
+
+def packet_lanes() -> int:
+    """How many rays a packet should hold: 16, 8 or 4, the most that the device takes whole; or DEPTHSIM_PACKET.
+
+    Embree takes a wider packet apart into single rays: on a processor without AVX-512 packets of 8 are twice as fast
+    as those of 16. What the rays hit does not depend on it.
+    """
+    forced = os.environ.get("DEPTHSIM_PACKET")
+    if forced:
+        if forced not in map(str, _NATIVE):
+            raise InputError("DEPTHSIM_PACKET", "", f"there are no packets of {forced!r}", "use 16, 8 or 4")
+        return int(forced)
+    device = _device()
+    return next((n for n, native in _NATIVE.items() if _library().rtcGetDeviceProperty(device, native)), min(_NATIVE))
 
 
 def address(name: str) -> int:
@@ -73,17 +102,24 @@ def address(name: str) -> int:
     return int(ctypes.cast(getattr(_library(), name), _Pointer).value or 0)
 
 
-def aligned(count: int, dtype: type[np.generic]) -> NDArray:
+def aligned(shape: tuple[int, ...], dtype: type[np.generic]) -> NDArray:
     """Zeros that begin at a multiple of 64 bytes, as Embree's 16-wide structures must."""
-    size = count * np.dtype(dtype).itemsize
+    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
     raw = np.zeros(size + 64, np.uint8)
     start = -raw.ctypes.data % 64
-    return raw[start : start + size].view(dtype)
+    return raw[start : start + size].view(dtype).reshape(shape)
+
+
+def all_lanes() -> NDArray[np.int32]:
+    """The mask under which every ray of a packet is cast."""
+    valid = aligned((16,), np.int32)
+    valid[:] = -1
+    return valid
 
 
 def query_arguments() -> NDArray[np.int32]:
     """RTCIntersectArguments, which RTCOccludedArguments equals: coherent rays, triangles only, no callbacks."""
-    arguments = aligned(16, np.int32)
+    arguments = aligned((16,), np.int32)
     arguments[0], arguments[1] = _COHERENT, _TRIANGLE_FEATURE
     return arguments
 
@@ -97,11 +133,12 @@ class EmbreeScene:
         self._vertices = np.zeros((len(vertices) + 1, 3), np.float32)
         self._vertices[:-1] = vertices
         self._faces = np.ascontiguousarray(faces, np.uint32)
-        self.handle = int(library.rtcNewScene(_device()))
+        device = _device()
+        self.handle = int(library.rtcNewScene(device))
         self._release = weakref.finalize(self, library.rtcReleaseScene, self.handle)
         library.rtcSetSceneFlags(self.handle, _ROBUST)
         library.rtcSetSceneBuildQuality(self.handle, _MEDIUM_QUALITY)
-        geometry = library.rtcNewGeometry(_device(), _TRIANGLE)
+        geometry = library.rtcNewGeometry(device, _TRIANGLE)
         for kind, form, array, count in (
             (_VERTEX, _FLOAT3, self._vertices, len(vertices)),
             (_INDEX, _UINT3, self._faces, len(faces)),
@@ -111,6 +148,6 @@ class EmbreeScene:
         library.rtcAttachGeometry(self.handle, geometry)
         library.rtcReleaseGeometry(geometry)
         library.rtcCommitScene(self.handle)
-        error = library.rtcGetDeviceError(_device())
+        error = library.rtcGetDeviceError(device)
         if error:
             raise MemoryError(f"Embree could not build the scene of {len(faces)} faces (error {error})")

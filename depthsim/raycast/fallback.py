@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.raycast.geometry import NO_FACE, Geometry
-from depthsim.raycast.kernel import LANES, NUDGE, SKIN, TILE
+from depthsim.raycast.kernel import NUDGE, SKIN
+from depthsim.raycast.packet import PIXELS, TILE
 
 
 class EmbreexScene:
@@ -80,5 +81,5 @@ def _may_have_slipped(missed: NDArray[np.bool_]) -> NDArray[np.bool_]:
     rows, columns = height // TILE, width // TILE
     again = np.ones((rows + 1, columns + 1), np.bool_)
     tiles = missed[: rows * TILE, : columns * TILE].reshape(rows, TILE, columns, TILE)
-    again[:rows, :columns] = tiles.sum(axis=(1, 3)) <= LANES // 2
+    again[:rows, :columns] = tiles.sum(axis=(1, 3)) <= PIXELS // 2
     return missed & again.repeat(TILE, axis=0).repeat(TILE, axis=1)[:height, :width]

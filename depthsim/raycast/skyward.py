@@ -1,50 +1,59 @@
 """Which of the points that a camera sees a light from far away reaches: one ray each, towards the light."""
 
+from functools import cache
+from typing import Any
+
 import numpy as np
 
 from depthsim.kernels import kernel
 from depthsim.llvm import bits_float, call_embree
-from depthsim.raycast.kernel import (
+from depthsim.raycast.kernel import SKIN
+from depthsim.raycast.packet import (
     DIRECTION_X,
     DIRECTION_Y,
     DIRECTION_Z,
     FAR,
-    LANES,
     MASK,
     NEAR,
     ORIGIN_X,
     ORIGIN_Y,
     ORIGIN_Z,
-    SKIN,
 )
 
 
-@kernel
-def reach_rows(  # noqa: ANN201 - numba
-    start, stop, occluded, scene, arguments, valid, packet, pose, direction, ray_x, ray_y, depth, out
-):  # fmt: skip
-    """Rows ``start`` to ``stop`` of ``out``, (H, W) uint8: 1 where nothing lies on the way; 0 where nothing is hit.
+@cache
+def reach_kernel(lanes: int) -> Any:
+    """The kernel for packets of ``lanes`` rays: 16, 8 or 4."""
 
-    pose: (12,) rotation row by row, then translation. direction: (3,) towards the light, in the same frame.
-    ray_x, ray_y: (H, W) at z = 1. depth: (H, W) z-depth of the points.
-    """
-    width = depth.shape[1]
-    for lane in range(LANES):
-        packet[MASK + lane] = bits_float(np.int32(-1))
-        packet[DIRECTION_X + lane], packet[DIRECTION_Y + lane] = direction[0], direction[1]
-        packet[DIRECTION_Z + lane], packet[NEAR + lane] = direction[2], np.float32(0)
-    for v in range(start, stop):
-        for u0 in range(0, width, LANES):
-            for lane in range(LANES):
-                u = min(u0 + lane, width - 1)
-                # A little before the surface, so that it does not hide itself.
-                x, y, z = ray_x[v, u], ray_y[v, u], depth[v, u] * SKIN
-                packet[ORIGIN_X + lane] = (pose[0] * x + pose[1] * y + pose[2]) * z + pose[9]
-                packet[ORIGIN_Y + lane] = (pose[3] * x + pose[4] * y + pose[5]) * z + pose[10]
-                packet[ORIGIN_Z + lane] = (pose[6] * x + pose[7] * y + pose[8]) * z + pose[11]
-                packet[FAR + lane] = np.float32(np.inf) if z > np.float32(0) else np.float32(0)
-            call_embree(occluded, valid.ctypes.data, scene, packet.ctypes.data, arguments.ctypes.data)
-            for lane in range(min(LANES, width - u0)):
-                hit = depth[v, u0 + lane] > np.float32(0)
-                # Embree marks a ray that meets something by a far end of minus infinity.
-                out[v, u0 + lane] = np.uint8(1) if hit and packet[FAR + lane] > np.float32(0) else np.uint8(0)
+    @kernel
+    def reach_rows(
+        start, stop, occluded, scene, arguments, valid, packet, pose, direction, ray_x, ray_y, depth, out
+    ):  # fmt: skip
+        """Rows ``start`` to ``stop`` of ``out``, (H, W) uint8: 1 where nothing lies on the way; 0 where nothing is hit.
+
+        pose: (12,) rotation row by row, then translation. direction: (3,) towards the light, in the same frame.
+        ray_x, ray_y: (H, W) at z = 1. depth: (H, W) z-depth of the points.
+        """
+        width = depth.shape[1]
+        for lane in range(lanes):
+            packet[MASK * lanes + lane] = bits_float(np.int32(-1))
+            packet[DIRECTION_X * lanes + lane], packet[DIRECTION_Y * lanes + lane] = direction[0], direction[1]
+            packet[DIRECTION_Z * lanes + lane], packet[NEAR * lanes + lane] = direction[2], np.float32(0)
+        for v in range(start, stop):
+            for u0 in range(0, width, lanes):
+                for lane in range(lanes):
+                    u = min(u0 + lane, width - 1)
+                    # A little before the surface, so that it does not hide itself.
+                    x, y, z = ray_x[v, u], ray_y[v, u], depth[v, u] * SKIN
+                    packet[ORIGIN_X * lanes + lane] = (pose[0] * x + pose[1] * y + pose[2]) * z + pose[9]
+                    packet[ORIGIN_Y * lanes + lane] = (pose[3] * x + pose[4] * y + pose[5]) * z + pose[10]
+                    packet[ORIGIN_Z * lanes + lane] = (pose[6] * x + pose[7] * y + pose[8]) * z + pose[11]
+                    packet[FAR * lanes + lane] = np.float32(np.inf) if z > np.float32(0) else np.float32(0)
+                call_embree(occluded, valid.ctypes.data, scene, packet.ctypes.data, arguments.ctypes.data)
+                for lane in range(min(lanes, width - u0)):
+                    hit = depth[v, u0 + lane] > np.float32(0)
+                    # Embree marks a ray that meets something by a far end of minus infinity.
+                    free = packet[FAR * lanes + lane] > np.float32(0)
+                    out[v, u0 + lane] = np.uint8(1) if hit and free else np.uint8(0)
+
+    return reach_rows

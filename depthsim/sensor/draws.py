@@ -27,7 +27,7 @@ _32 = np.uint64(32)
 _f = np.float32
 
 
-@inlined
+@kernel
 def _philox_block(block, frame, stream, key, words):
     """Words 0 to 255 of block ``block``: step i of the 64 gives words i, 64 + i, 128 + i and 192 + i.
 
@@ -87,7 +87,7 @@ def _cosine_sine(word):
     return x * sign, y * sign
 
 
-@inlined
+@kernel
 def normal_block(block, frame, stream, key, words, normals):  # noqa: ANN201 - numba
     """Standard normal numbers 256·block to 256·block + 255. words: (256,) uint32 scratch. normals: (256,) float32."""
     _philox_block(block, frame, stream, key, words)
@@ -98,7 +98,7 @@ def normal_block(block, frame, stream, key, words, normals):  # noqa: ANN201 - n
         normals[2 * STEPS + i] = radius * s
 
 
-@inlined
+@kernel
 def uniform_block(block, frame, stream, key, words, uniforms):  # noqa: ANN201 - numba
     """Uniform numbers 256·block to 256·block + 255 in (0, 1). Scratch and result as in :func:`normal_block`."""
     _philox_block(block, frame, stream, key, words)

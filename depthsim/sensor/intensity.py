@@ -22,7 +22,7 @@ _BLOCK = 256
 _f, _i = np.float32, np.int32
 
 
-@inlined
+@kernel
 def _corner(x, y, z):
     """A number in [0, 1) for a corner of the grid, by the integer hash of C. Wellons ("lowbias32")."""
     h = (
