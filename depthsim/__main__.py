@@ -35,12 +35,21 @@ def _run() -> None:
     except InputError as error:
         if _is_interrupt(error):
             raise
+        _install_what_is_missing(error)
         print(error, file=sys.stderr)
         sys.exit(2)
     except BrokenPipeError:
         # Whoever read our output has gone, as in `depthsim ... | head`.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
+
+
+def _install_what_is_missing(error: Exception) -> None:
+    """Under `./run`, start the command anew with the extra that it lacks; otherwise return."""
+    from depthsim.extras import MissingExtra, install_by_run
+
+    if isinstance(error, MissingExtra):
+        install_by_run(error, sys.argv[1:])
 
 
 def _is_interrupt(error: BaseException) -> bool:

@@ -1,9 +1,13 @@
 """How numba compiles our kernels: without the GIL, division as the machine has it, and kept on disk."""
 
+import logging
 from collections.abc import Callable
 from typing import Any
 
 from numba import njit
+from numba.core import event
+
+_log = logging.getLogger(__name__)
 
 inlined = njit(nogil=True, error_model="numpy", inline="always")
 """For the parts of kernels."""
@@ -18,4 +22,25 @@ def kernel(function: Callable[..., Any]) -> Any:
     try:
         return njit(nogil=True, cache=True, error_model="numpy")(function)
     except RuntimeError:
+        _watch.how_often = "at every start, as nowhere can be written (NUMBA_CACHE_DIR names a folder)"
         return njit(nogil=True, error_model="numpy")(function)
+
+
+class _Watch(event.Listener):
+    """Logs, once a process, that kernels are compiled: numba tells of it only where its cache has none."""
+
+    how_often = "once"
+    _logged = False
+
+    def on_start(self, event: Any) -> None:
+        """Called as a compilation begins; it may be one that another package has asked for."""
+        if not self._logged and event.data["dispatcher"].py_func.__module__.partition(".")[0] == "depthsim":
+            self._logged = True
+            _log.info("compiling kernels for this processor, %s; this may take 20 s", self.how_often)
+
+    def on_end(self, event: Any) -> None:
+        """Called as it ends."""
+
+
+_watch = _Watch()
+event.register("numba:compile", _watch)

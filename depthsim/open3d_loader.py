@@ -8,11 +8,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType
 
-from depthsim.errors import InputError
+from depthsim.extras import MissingExtra, need_extra
 
 
 def load_open3d() -> ModuleType:
-    """The module ``open3d``; an :class:`InputError` that names the extra where it cannot be imported."""
+    """The module ``open3d``, or a :class:`MissingExtra`."""
+    need_extra("open3d")
     try:
         import libusb_package
 
@@ -25,7 +26,7 @@ def load_open3d() -> ModuleType:
             return importlib.import_module("open3d")
     except (ImportError, OSError) as error:
         problem = f"Open3D cannot be imported ({error})"
-        raise InputError("open3d", "", problem, "install it by `pip install 'depthsim[open3d]'`") from None
+        raise MissingExtra("open3d", problem, "open3d") from None
 
 
 @contextmanager

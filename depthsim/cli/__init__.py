@@ -3,6 +3,8 @@
 Everything heavy is imported inside the commands, so that `depthsim --help` starts at once.
 """
 
+import sys
+
 import typer
 
 from depthsim.cli.diagnose import diagnose
@@ -48,7 +50,11 @@ app.command(cls=Command)(export)
 
 
 @app.callback(invoke_without_command=True)
-def _version(version: bool = typer.Option(False, "--version", help="Show the version.")) -> None:
+def _begin(version: bool = typer.Option(False, "--version", help="Show the version.")) -> None:
+    if sys.stderr.isatty():  # in a file or a pipe there is nothing but errors
+        from depthsim.cli.notes import show_notes
+
+        show_notes()
     if version:
         from depthsim import __version__
 

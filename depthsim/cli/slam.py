@@ -29,10 +29,13 @@ def slam(
     speeds: Annotated[str, typer.Option(help="Of a sweep: factors of the run's speed.")] = "1,2",
 ) -> None:
     """Run a SLAM system on a run and score it by evo: ATE, RPE, drift per metre."""
+    from depthsim.extras import load_extra
     from depthsim.runs import Run
 
     there = Run.open(run, posed=False)
     posed = (run / "groundtruth.txt").exists()
+    if posed:
+        load_extra("evo.core.metrics", "slam")  # told before a system runs for minutes, not when it is to be scored
     folder = out or run / "slam"
     if estimate is not None:
         if system or sweep:

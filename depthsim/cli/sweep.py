@@ -30,6 +30,7 @@ def sweep(
 
     Runs that are there are kept, and those that were broken off are gone on with.
     """
+    from depthsim.extras import need_extra
     from depthsim.parallel import core_count
     from depthsim.sweep.drive import run_sweep
     from depthsim.sweep.target import open_target
@@ -42,6 +43,8 @@ def sweep(
         return
     if out is None:
         raise InputError("sweep", "", "does not say where to", "add --out FOLDER or --out URL, or --dry-run")
+    if ray is not None:
+        need_extra("ray")  # which has what a URL needs, too
     target = open_target(out)
 
     def start(plan: "Plan") -> "Makers":

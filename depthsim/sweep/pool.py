@@ -5,6 +5,7 @@ outlive a fork.
 """
 
 import json
+import logging
 import os
 import selectors
 import signal
@@ -18,6 +19,8 @@ from typing import IO
 
 from depthsim.errors import InputError
 from depthsim.sweep.events import Event, Job, event_of, lost
+
+_log = logging.getLogger(__name__)
 
 AHEAD = 2
 """Jobs that a worker holds: the one it makes, and the next, so that it never waits for the driver."""
@@ -89,6 +92,7 @@ class Pool:
         self._selector = selectors.DefaultSelector()
         self._workers: list[_Worker] = []
         self._stillborn = self.lost = 0
+        self._notes: set[str] = set()
         for _ in range(count):
             self._start()
 
@@ -127,6 +131,9 @@ class Pool:
                 if message["kind"] == "ready":
                     worker.ready, self._stillborn = True, 0
                     continue
+                if message["kind"] == "note":
+                    self._note(message["text"])
+                    continue
                 event = event_of(message)
                 if event.kind != "frame":
                     worker.jobs.popleft()
@@ -138,6 +145,12 @@ class Pool:
             if worker.jobs and worker.heard < late:
                 worker.process.kill()  # its end is read at the next turn
         return events
+
+    def _note(self, text: str) -> None:
+        """Log what a worker has logged; what they all say, once."""
+        if text not in self._notes:
+            self._notes.add(text)
+            _log.info("%s", text)
 
     def _replace(self, worker: _Worker) -> list[Event]:
         """Start another worker; the jobs of the dead one go back."""

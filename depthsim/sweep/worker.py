@@ -4,11 +4,13 @@
 """
 
 import json
+import logging
 import os
 import queue
 import signal
 import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -53,6 +55,9 @@ def main() -> None:
         except OSError:  # the driver has gone
             os._exit(1)
 
+    log = logging.getLogger("depthsim")
+    log.setLevel(logging.INFO)
+    log.addHandler(Notes(send))
     first = json.loads(lines.get())
     from depthsim.sweep.plan import Plan
     from depthsim.sweep.target import open_target
@@ -68,6 +73,18 @@ def main() -> None:
             send({"kind": "frame", "run": run, "done": done, "total": total})
 
         send(outcome(maker, job, progress))
+
+
+class Notes(logging.Handler):
+    """Sends what is logged to the driver."""
+
+    def __init__(self, send: Callable[[dict[str, Any]], None]) -> None:
+        super().__init__()
+        self._send = send
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Called with every message."""
+        self._send({"kind": "note", "text": record.getMessage()})
 
 
 def _read(source: BinaryIO, lines: "queue.SimpleQueue[bytes]") -> None:

@@ -71,7 +71,7 @@ except KeyboardInterrupt:
 def test_as_open3d_loads(delay: float) -> None:
     """Broken off as it loads, it cannot be imported, or ends the process by 1 and a page of what it takes for leaks."""
     if importlib.util.find_spec("open3d") is None:
-        pytest.skip("the open3d wheel is not installed: pip install 'depthsim[open3d]'")
+        pytest.skip("the open3d wheel is not installed: pip install '.[open3d]'")
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", LOADS_OPEN3D], stdout=pipe, stderr=pipe, text=True) as process:
         assert process.stdout is not None

@@ -255,7 +255,7 @@ def test_faults_are_one_line_and_leave_nothing(run, tmp_path, monkeypatch):
     assert "holds files" in fault(str(run.path), "--to", "ply", "--out", str(tmp_path / "full"))
     monkeypatch.setattr(extras.importlib, "import_module", _missing)
     told = fault(str(run.path), "--to", "ros2", "--out", str(tmp_path / "o"))
-    assert "pip install 'depthsim[ros]'" in told
+    assert "pip install '.[ros]'" in told
     monkeypatch.undo()
     broken = write_run(tmp_path / "broken")
     broken.files[3].write_bytes(b"no PNG")

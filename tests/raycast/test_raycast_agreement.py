@@ -79,7 +79,7 @@ def test_open3d_agrees(mesh) -> None:
 
 def test_open3d_that_is_missing_is_told_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "open3d", None)
-    with pytest.raises(InputError, match=r"install it by `pip install 'depthsim\[open3d\]'`"):
+    with pytest.raises(InputError, match=r"install it by `pip install '.\[open3d\]'`"):
         load_open3d()
 
 

@@ -70,7 +70,7 @@ def test_four_workers_give_the_bytes_of_one(sweep: Path, made: Path, tmp_path: P
 
 def test_ray_gives_the_bytes_of_one_worker(sweep: Path, made: Path, tmp_path: Path) -> None:
     if importlib.util.find_spec("ray") is None:
-        pytest.skip("the ray wheel is not installed: pip install 'depthsim[ray]'")
+        pytest.skip("the ray wheel is not installed: pip install '.[ray]'")
     result = depthsim("sweep", sweep, "--out", tmp_path / "out", "--ray", "local", "--workers", 2)
     if "timed out during startup" in result.stderr:
         pytest.skip("Ray's own processes did not start in its 30 s, three times: this machine is too busy")
@@ -81,7 +81,7 @@ def test_ray_gives_the_bytes_of_one_worker(sweep: Path, made: Path, tmp_path: Pa
 
 def test_a_cluster_that_is_not_there_is_one_line(sweep: Path, tmp_path: Path) -> None:
     if importlib.util.find_spec("ray") is None:
-        pytest.skip("the ray wheel is not installed: pip install 'depthsim[ray]'")
+        pytest.skip("the ray wheel is not installed: pip install '.[ray]'")
     result = depthsim("sweep", sweep, "--out", tmp_path / "out", "--ray", "127.0.0.1:1")
     assert result.returncode == 2
     assert result.stderr.startswith("--ray 127.0.0.1:1: no cluster (")
