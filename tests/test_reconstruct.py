@@ -90,6 +90,17 @@ def test_a_bias_common_to_all_views_goes_into_the_mesh(room, tmp_path):
     assert np.median(error) > 0.02, "2 % of 2 to 3 m, though the poses are right: what the page warns of"
 
 
+@pytest.mark.parametrize("distortion", [(0.26, -0.95, -0.005, 0.003, 1.16), (-0.25, 0.05, 0.001, 0.0, 0.0)])
+def test_a_run_with_distortion_is_made_straight_and_fused(tmp_path, distortion):
+    bent = ROOM_CAMERA.model_copy(update={"model": "brown_conrady", "distortion": distortion, "fx": 140, "fy": 140})
+    run = make_room_run(tmp_path / "bent", camera=bent)
+    reconstruct(run, tmp_path / "out")
+    error, share = errors(Run.open(tmp_path / "out"), run)
+    assert share > 0.15
+    assert np.abs(np.median(error)) < 0.001
+    assert np.quantile(np.abs(error), 0.95) < 0.006
+
+
 @pytest.mark.parametrize("views", [1, 2, 5])
 def test_a_surface_is_kept_from_the_view_that_was_asked_for(tmp_path, views):
     """A wall seen by so many frames is in the mesh of so many views, and not in that of one more."""
