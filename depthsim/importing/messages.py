@@ -115,7 +115,7 @@ def pose_of(message: Any) -> tuple[list[float], list[float]]:
 
 
 _BROWN_CONRADY = ("", "plumb_bob", "rational_polynomial", "Brown Conrady")
-"""Names of the model whose first five terms are k1 k2 p1 p2 k3: ROS's (none was given: ROS 1's default), librealsense's."""
+"""Names of the model whose first five terms are k1 k2 p1 p2 k3: ROS's, with its default of no name, librealsense's."""
 
 
 def calibration(info: Any, source: Path) -> Mapping[str, Any]:

@@ -19,8 +19,8 @@ class ImportOptions:
 
     camera: a camera.yaml or the name of a preset. depth: the topic of the depth images. poses: a TUM file, or the topic
     of odometry or poses. rate: frames a second of pictures without stamps. depth_scale: metres per unit. baseline [m].
-    mount: the camera's optical frame (x right, y down, z forward) in the frame that the poses are of, as x, y, z [m] and
-    the unit quaternion qx, qy, qz, qw; that frame is the child frame of a topic, the depth images' own frame for tf.
+    mount: the camera's optical frame (x right, y down, z forward) in the frame that the poses are of, as x, y, z [m]
+    and the unit quaternion qx, qy, qz, qw; that frame is the child frame of a topic, the depth images' own for tf.
     """
 
     camera: str | None = None
