@@ -116,7 +116,8 @@ def fuse(
         progress(index + 1, len(poses))
     faces = np.empty((0, 3), np.uint32)
     if not empty:
-        mesh = grid.extract_triangle_mesh(weight_threshold=float(least_views))
+        # Each view adds one to a voxel's weight, and Open3D keeps what is above the threshold, not what is at it.
+        mesh = grid.extract_triangle_mesh(weight_threshold=least_views - 0.5)
         faces = mesh.triangle.indices.numpy().astype(np.uint32) if len(mesh.vertex) else faces
     if not len(faces):
         problem = f"has no surface nearer than {depth_max:g} m that {least_views} frames have seen"

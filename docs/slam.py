@@ -119,7 +119,7 @@ def table_text(table: Table) -> str:
                     cells.append("lost")
                     continue
                 cut = f" ({row['tracked']} of {row['frames']} frames)" if row["tracked"] != row["frames"] else ""
-                # An estimate that hardly moves has no stretch of a metre to drift over.
+                # A track that is lost within the first metre has no stretch of a metre to drift over.
                 drift = f", {_figure(row['drift_m_per_m'])} %" if row["drift_m_per_m"] else ""
                 cells.append(f"{_figure(row['ate_m'])} cm{drift}{cut}")
             lines.append(f"| {scene} | {profile} | " + " | ".join(cells) + " |")
@@ -168,7 +168,7 @@ Made by `docs/slam.py`; do not edit the figures.
 The first {FRAMES / 30:g} s ({FRAMES} frames at 30 Hz) of the default trajectories, {SIZE[0]}x{SIZE[1]}, geometry of a
 D435, seed 0. Each system has one set of settings for all scenes, in its file in `depthsim/slam/`, with what was tried;
 kiss-icp is given 10 frames a second. In each cell the absolute trajectory error (rigid alignment, root mean square) and
-the mean drift over stretches of a metre, both by evo.
+the mean drift over stretches of a metre of the true path, both by evo.
 
 {table_text(table)}
 
@@ -181,6 +181,41 @@ The noise of the depth nearer than {DEPTH_RANGE:g} m (1.4826 times the median of
 any other system, and `depthsim slam RUN --sweep` makes the run again with other sensors and speeds and draws error over
 noise.
 
+## Importing: what the poses are of, and which calibration
+
+A run's poses are those of the camera's optical frame: x right, y down, z forward. `depthsim import` finds the way there
+by tf where a topic names the frame that its poses are of. A `PoseStamped`, as motion capture gives it, names none, and
+is taken for the camera's with a line that says so; `--mount x,y,z,qx,qy,qz,qw` says where the camera is in the frame of
+the poses, in metres and a unit quaternion: the pose of the camera is (pose of the body) * (mount). It applies to a
+topic (in place of tf), to a TUM file and to groundtruth.txt, and to poses from tf (there in the frame of the depth
+images). A camera that looks along the x axis of its body is `--mount 0,0,0,-0.5,0.5,-0.5,0.5`. The distortion of a
+CameraInfo must be plumb_bob's, k1 k2 p1 p2 k3, or zero; one of another model (equidistant, eight terms) is refused.
+
+A TUM RGB-D sequence has no camera file; its name says which camera it was. The page of the data set gives two
+calibrations: 525, 525, 319.5, 239.5 to make clouds of depth, as the driver made both images straight, and that of the
+colour camera with its distortion. 120 real frames of freiburg1_xyz decide, by how far pixels of one frame lie from the
+surface in another, along its normal, at the motion capture's poses (`benchmarks/tum_calibration.py`): the median and
+what 90 % stay below, in mm, with the poses as they are, after the time offset that fits best, and after the best turn
+and shift of the camera against the poses, too.
+
+| calibration | poses as they are | time offset | hand-eye motion, too | turned by x, y, z | offset |
+| --- | --- | --- | --- | --- | --- |
+| 525, 525, 319.5, 239.5 (the driver's default) | 7.28, 21.1 | 5.81, 17.6 | 3.57, 9.8 | +0.2, -1.0, +1.1° | -18 ms |
+| infrared | 7.32, 22.7 | 5.50, 17.3 | 3.52, 10.5 | +0.6, -0.8, +1.6° | -19 ms |
+| infrared with its distortion | 7.48, 23.3 | 5.72, 17.6 | 3.58, 10.8 | +0.7, -0.8, +1.6° | -19 ms |
+| RGB | 6.89, 20.2 | 5.02, 16.3 | 3.56, 9.7 | -1.4, -1.1, +0.9° | -18 ms |
+| RGB's centre, focal length 525 | 6.68, 19.7 | 4.78, 15.2 | 3.46, 9.4 | -1.4, -1.1, +1.0° | -18 ms |
+| nearest pinhole to RGB with its distortion | 6.62, 19.6 | 4.71, 15.1 | 3.41, 9.3 | -1.3, -1.1, +1.0° | -18 ms |
+| RGB with its distortion | 6.66, 19.8 | 4.86, 15.1 | 3.36, 9.3 | -1.3, -1.1, +1.0° | -18 ms |
+
+At equal focal length the colour camera's centre fits better than the driver's, however poses and stamps are refined,
+and the colour camera's calibration better with its distortion than without. So that is what `import` takes for
+freiburg1; likewise for freiburg2, the same kind of camera and driver, and freiburg3, whose distortion the page gives
+as zero, though no frames of these were measured. What the frames do not tell: whether depth is bent just so, as the
+nearest pinhole does about as well; left free, the focal length goes to 547 px and the camera back by 6 cm. Depth stamps
+18 ms late and a camera turned by 2 degrees are the recording's own errors, and stay in the run. `--camera` takes
+another calibration.
+
 ## A scene from a recording
 
 `depthsim reconstruct RUN` fuses depth into a mesh (`scene.yaml`, `scene.ply`) and writes `mask/`: where the mesh was
@@ -188,7 +223,8 @@ seen by {LEAST_VIEWS} frames or more, not at a grazing angle, and farther than t
 Then the run can be compared with a scene although there is no CAD model. Poses are the run's, `--poses FILE`, or those
 of open3d-odometry. Open3D's fusion takes whole pixel coordinates for corners, and all else takes them for centres; both
 `reconstruct` and open3d-slam move the principal point by half a pixel there, without which slanted surfaces are off by
-centimetres at low resolution. Whoever fuses an exported run by Open3D itself should do the same.
+centimetres at low resolution. Whoever fuses an exported run by Open3D itself should do the same. Open3D has no
+distortion either: frames that have one are made straight first, each pixel by the nearest recorded one.
 
 The office, fused from {FRAMES} frames at their true poses; depth of the mesh minus true depth, in mm: median, median
 size, and the size that 95 % stay below.

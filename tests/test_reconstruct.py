@@ -5,15 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recordings import make_room_run
+from recordings import ROOM_CAMERA, make_room_run
 from typer.testing import CliRunner
 
 from depthsim.cli import app
 from depthsim.errors import InputError
 from depthsim.raycast import Caster
-from depthsim.reconstruct import reconstruct
-from depthsim.runs import Run
+from depthsim.reconstruct import fuse, reconstruct
+from depthsim.runs import Run, RunWriter
 from depthsim.scenefile import load_scene
+from depthsim.trajectory import Trajectory
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +88,31 @@ def test_a_bias_common_to_all_views_goes_into_the_mesh(room, tmp_path):
     back = Run.open(tmp_path / "out")
     error, _ = errors(back, room)
     assert np.median(error) > 0.02, "2 % of 2 to 3 m, though the poses are right: what the page warns of"
+
+
+@pytest.mark.parametrize("distortion", [(0.26, -0.95, -0.005, 0.003, 1.16), (-0.25, 0.05, 0.001, 0.0, 0.0)])
+def test_a_run_with_distortion_is_made_straight_and_fused(tmp_path, distortion):
+    bent = ROOM_CAMERA.model_copy(update={"model": "brown_conrady", "distortion": distortion, "fx": 140, "fy": 140})
+    run = make_room_run(tmp_path / "bent", camera=bent)
+    reconstruct(run, tmp_path / "out")
+    error, share = errors(Run.open(tmp_path / "out"), run)
+    assert share > 0.15
+    assert np.abs(np.median(error)) < 0.001
+    assert np.quantile(np.abs(error), 0.95) < 0.006
+
+
+@pytest.mark.parametrize("views", [1, 2, 5])
+def test_a_surface_is_kept_from_the_view_that_was_asked_for(tmp_path, views):
+    """A wall seen by so many frames is in the mesh of so many views, and not in that of one more."""
+    still = Trajectory(np.arange(views) / 20, np.zeros((views, 3)), np.tile([0, 0, 0, 1.0], (views, 1)))
+    with RunWriter(tmp_path / "wall", ROOM_CAMERA, still, {"scene": "none"}, ("depth",)) as writer:
+        for index in writer.missing():
+            writer.write_frame(index, {"depth": np.full(ROOM_CAMERA.shape, 1500, np.uint16)})
+        writer.finish()
+    run = Run.open(tmp_path / "wall")
+    assert len(fuse(run, run.poses, 0.02, 4.0, views, "cement").faces)
+    with pytest.raises(InputError, match=f"that {views + 1} frames have seen"):
+        fuse(run, run.poses, 0.02, 4.0, views + 1, "cement")
 
 
 @pytest.mark.parametrize(

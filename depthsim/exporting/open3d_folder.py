@@ -40,6 +40,8 @@ def write(run: Run, out: Path, _: object) -> str:
     write_whole(out / layout.CAMERA, camera.to_yaml().encode())
     scale = 1 / camera.depth_scale
     lacking = "" if has_rgb else "; no color/, as the run has no rgb"
+    if any(camera.distortion):
+        lacking += "; the distortion is in camera.yaml alone, as Open3D has none"
     return f"{len(run)} frames, depth_scale {scale:g}{lacking}"
 
 

@@ -150,21 +150,21 @@ class _Reading:
 
     def _truth(self) -> Trajectory | None:
         if self._options.pose_file:
-            return read_tum(self._options.pose_file)
-        if self._poses:
-            poses = trajectory_of(self._poses)
-            frame = self._frame.lstrip("/")
-            if self._body and frame and self._body.lstrip("/") != frame:
-                there = self._transforms.fixed(self._body, frame)
-                if there is None:
-                    note = (
-                        f"{self._found.poses} is of {self._body}, and tf has no way to {frame}: taken as the camera's"
-                    )
-                    self._notes.append(note)
-                else:
-                    poses = mounted(poses, *there)
+            return self._options.mounted(read_tum(self._options.pose_file))
+        if not self._poses:
+            return self._options.mounted(self._transforms.poses(self._frame))
+        poses = trajectory_of(self._poses)
+        if self._options.mount is not None:
+            return self._options.mounted(poses)
+        body, frame = self._body.lstrip("/"), self._frame.lstrip("/")
+        if body and body == frame:
             return poses
-        return self._transforms.poses(self._frame)
+        there = self._transforms.fixed(body, frame) if body and frame else None
+        if there is not None:
+            return mounted(poses, *there)
+        what = "does not say what its poses are of" if not body else f"is of {body}, and tf has no way to the camera"
+        self._notes.append(f"{self._found.poses} {what}: taken as the camera's optical frame; else give --mount")
+        return poses
 
     def _camera(self) -> Camera:
         options = self._options
@@ -173,7 +173,7 @@ class _Reading:
         return with_options(camera, given)
 
     def _camera_of_info(self) -> Camera:
-        keys = dict(calibration(self._info)) if self._info is not None else {}
+        keys = dict(calibration(self._info, self._source)) if self._info is not None else {}
         if not keys.get("fx"):
             problem = f"has no calibration of {self._found.depth}"
             raise InputError(self._source, "", problem, "give `camera`, a camera.yaml or a preset such as d435")

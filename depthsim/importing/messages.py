@@ -3,11 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.errors import InputError
 from depthsim.extras import load_extra
 from depthsim.importing.salvage import Damaged, Message
 
@@ -112,11 +114,24 @@ def pose_of(message: Any) -> tuple[list[float], list[float]]:
     return [p.x, p.y, p.z], [q.x, q.y, q.z, q.w]
 
 
-def calibration(info: Any) -> Mapping[str, Any]:
-    """The keys of camera.yaml that a CameraInfo has; fx is 0 for a camera without calibration."""
+_BROWN_CONRADY = ("", "plumb_bob", "rational_polynomial", "Brown Conrady")
+"""Names of the model whose first five terms are k1 k2 p1 p2 k3: ROS's, with its default of no name, librealsense's."""
+
+
+def calibration(info: Any, source: Path) -> Mapping[str, Any]:
+    """The keys of camera.yaml that a CameraInfo has; fx is 0 for a camera without calibration.
+
+    Raises :class:`InputError` for a distortion that is not zero and not Brown-Conrady's with up to five terms.
+    """
     k = info.k if hasattr(info, "k") else info.K
-    d = info.d if hasattr(info, "d") else info.D
-    distortion = tuple(float(value) for value in [*d, 0, 0, 0, 0, 0][:5])
+    d = [float(value) for value in (info.d if hasattr(info, "d") else info.D)]
+    while d and d[-1] == 0:
+        d.pop()
+    if d and (info.distortion_model not in _BROWN_CONRADY or len(d) > 5):
+        problem = f"its distortion is {info.distortion_model or 'of no name'} with {len(d)} terms"
+        mend = "depthsim has plumb_bob, k1 k2 p1 p2 k3: rectify the images, or give --camera with such terms"
+        raise InputError(source, "CameraInfo", problem, mend)
+    distortion = (*d, *[0.0] * (5 - len(d)))
     keys: dict[str, Any] = {
         "width": int(info.width),
         "height": int(info.height),

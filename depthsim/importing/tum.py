@@ -1,8 +1,11 @@
 """TUM RGB-D sequences (Sturm et al., IROS 2012), as they are downloaded: depth.txt, rgb.txt, groundtruth.txt.
 
 They have no camera file. Where the folder has no camera.yaml and none is given, a name with freiburg1, 2 or 3 in it
-gives the calibration of the data set's page (for the depth images, which are aligned with colour and free of
-distortion there): fx fy cx cy below, 5000 units to the metre. The baseline, 75 mm, is the Kinect's.
+gives the calibration of the colour camera on the data set's page, distortion and all, and 5000 units to the metre. The
+driver has put the depth images into the colour images. The page says that it made both straight and gives 525, 525,
+319.5, 239.5 for depth; the frames of freiburg1 say otherwise (benchmarks/tum_calibration.py; docs/slam.md). freiburg2
+was the same kind of camera with the same driver, and freiburg3's images have no distortion on the page; no frames of
+them were measured. The baseline, 75 mm, is the Kinect's.
 """
 
 import re
@@ -18,11 +21,11 @@ from depthsim.runs.folder import read_list
 from depthsim.runs.png import decode_png
 
 FREIBURG = {
-    "1": (517.3, 516.5, 318.6, 255.3),
-    "2": (520.9, 521.0, 325.1, 249.7),
-    "3": (535.4, 539.2, 320.1, 247.6),
+    "1": ((517.3, 516.5, 318.6, 255.3), (0.2624, -0.9531, -0.0054, 0.0026, 1.1633)),
+    "2": ((520.9, 521.0, 325.1, 249.7), (0.2312, -0.7849, -0.0033, -0.0001, 0.9172)),
+    "3": ((535.4, 539.2, 320.1, 247.6), (0.0, 0.0, 0.0, 0.0, 0.0)),
 }
-"""fx, fy, cx, cy [px] of each camera."""
+"""fx, fy, cx, cy [px] of each colour camera, and k1, k2, p1, p2, k3."""
 UNITS = 5000.0
 KINECT_BASELINE = 0.075
 
@@ -60,6 +63,8 @@ def _camera(source: Path, options: ImportOptions) -> Camera:
     if not found:
         mend = "give `camera` camera.yaml; a folder named such as rgbd_dataset_freiburg1_xyz needs none"
         raise InputError(source, "", "has no camera.yaml", mend)
-    fx, fy, cx, cy = FREIBURG[found[1]]
+    (fx, fy, cx, cy), distortion = FREIBURG[found[1]]
     keys = {"width": 640, "height": 480, "fx": fx, "fy": fy, "cx": cx, "cy": cy, "depth_scale": 1 / UNITS}
-    return Camera.model_validate({"name": f"freiburg{found[1]}", "baseline": KINECT_BASELINE, **keys})
+    model = "brown_conrady" if any(distortion) else "pinhole"
+    names = {"model": model, "name": f"freiburg{found[1]}", "baseline": KINECT_BASELINE}
+    return Camera.model_validate({**names, "distortion": distortion, **keys})

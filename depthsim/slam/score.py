@@ -22,7 +22,7 @@ class Score:
     matched: poses that were compared. path: length of the true path. ate: root mean square of the distances after the
     best alignment by a rigid motion (absolute trajectory error); ate_max: their greatest. rpe: root mean square of the
     translation error between neighbouring frames; rpe_deg: of the rotation error. drift: mean translation error over
-    stretches of a metre, per metre; drift_deg: of the rotation, in degrees per metre.
+    stretches of a metre of the true path, per metre; drift_deg: of the rotation, in degrees per metre.
     Definitions: Sturm et al., IROS 2012; evo's APE and RPE.
     """
 
@@ -90,9 +90,12 @@ def _relations(part: Any) -> tuple[Any, Any]:
 
 
 def _relative(pair: tuple[Any, Any], relation: Any, delta: float, unit: Any) -> np.ndarray:
-    """The errors of relative poses; none where the path is too short for one."""
+    """The errors of relative poses; none where the true path is too short for one."""
     metrics = load_extra("evo.core.metrics", "slam")
-    rpe = metrics.RPE(relation, delta, unit, all_pairs=unit == metrics.Unit.meters, rel_delta_tol=0.1)
+    # evo measures stretches along the estimate unless told so: one of half the size then drifts twice as much.
+    rpe = metrics.RPE(
+        relation, delta, unit, all_pairs=unit == metrics.Unit.meters, rel_delta_tol=0.1, pairs_from_reference=True
+    )
     try:
         rpe.process_data(pair)
     except load_extra("evo.core.filters", "slam").FilterException:

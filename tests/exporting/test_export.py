@@ -34,6 +34,13 @@ def cv2_depth(file: Path) -> np.ndarray:
     return cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
 
 
+def test_a_distortion_that_open3d_has_not_is_told_of(tmp_path):
+    bent = CAMERA.model_copy(update={"model": "brown_conrady", "distortion": (0.1, 0, 0, 0, 0)})
+    told = export(write_run(tmp_path / "bent", bent), "open3d", tmp_path / "out")
+    assert "the distortion is in camera.yaml alone" in told
+    assert "distortion" not in export(write_run(tmp_path / "plain"), "open3d", tmp_path / "straight")
+
+
 def test_open3d_reads_its_folder_by_its_own_loaders(run, tmp_path):
     export(run, "open3d", tmp_path / "out")
     o3d = load_open3d()

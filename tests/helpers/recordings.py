@@ -71,10 +71,10 @@ def write_room(file: Path) -> Path:
     return file
 
 
-def make_room_run(folder: Path, profile: str = "clean", frames: int = 20) -> Run:
+def make_room_run(folder: Path, profile: str = "clean", frames: int = 20, camera: Camera = ROOM_CAMERA) -> Run:
     """A run through the room: sideways along an arc, looking at the far wall."""
     scene = load_scene(write_room(folder.with_suffix(".obj")))
     spec = "line:start=-1.2/-0.4/1.2,end=-0.8/0.4/1.4,speed=0.8,look_at=2/0/0.9"
-    path = resolve_trajectory(spec, scene, ROOM_CAMERA.rate, frames)
-    generate(scene, path, ROOM_CAMERA, load_profile(profile), folder, seed=3)
+    path = resolve_trajectory(spec, scene, camera.rate, frames)
+    generate(scene, path, camera, load_profile(profile), folder, seed=3)
     return Run.open(folder)

@@ -65,6 +65,19 @@ def test_drift_and_errors_are_what_was_put_in():
     assert found.rpe == pytest.approx(0.01 * np.sqrt(6), rel=0.1)
 
 
+@pytest.mark.parametrize("scale", [0.0, 0.15, 0.5, 1.02, 2.0])
+def test_drift_is_per_metre_of_the_true_path(scale):
+    """On a straight line with poses every 25 cm each metre of the truth is off by |scale - 1| m, exactly."""
+    t = np.arange(41) / 4
+    zero = np.zeros_like(t)
+    still = np.stack([zero, zero, zero, zero + 1], axis=1)
+    line, curve = Trajectory(t, np.stack([t, zero, zero], axis=1), still), long_path()
+    found = score(line, Trajectory(t, scale * line.positions, still, "scaled"))
+    assert found.drift == pytest.approx(abs(scale - 1), abs=1e-9)
+    found = score(curve, Trajectory(curve.stamps, scale * curve.positions, curve.quaternions, "scaled"))
+    assert found.drift == pytest.approx(0.99 * abs(scale - 1), rel=0.02), "chords are a little shorter than the way"
+
+
 def test_a_part_is_scored_and_strangers_are_refused():
     truth = long_path()
     assert score(truth, truth.head(20)).matched == 20
