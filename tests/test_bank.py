@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from depthsim.materials import Materials
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Profile, Sensor, Stage, effect_class, effect_ids, load_profile
-from depthsim.sensor.effect import neutral_value
+from depthsim.sensor.effect import parameters_of
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.sensor import Measurement
 from depthsim.trajectory import Trajectory
@@ -116,7 +116,7 @@ def test_defaults_do_something(effect_id: str) -> None:
 @pytest.mark.parametrize("effect_id", effect_ids())
 def test_all_neutral_changes_not_one_bit(effect_id: str) -> None:
     kind = effect_class(effect_id)
-    neutral = {name: value for name in kind.model_fields if (value := neutral_value(kind, name)) is not None}
+    neutral = {name: one.neutral for name, one in parameters_of(kind).items() if one.neutral is not None}
     assert neutral, "no value of any parameter leaves the effect out"
     effect = kind.model_validate(neutral)
     assert effect.is_neutral

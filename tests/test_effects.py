@@ -13,7 +13,7 @@ from shapes import MATERIALS, Array, as_scene, camera, soup, strips, wall
 
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Sensor, effect_class, effect_ids
-from depthsim.sensor.effect import neutral_value
+from depthsim.sensor.effect import parameters_of
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.material_noise import MaterialNoise
 from depthsim.sensor.sensor import Measurement
@@ -171,12 +171,12 @@ def test_the_defaults_of_an_effect_are_those_of_a_camera_and_do_something(effect
 @pytest.mark.parametrize(("effect_id", "name"), NUMBERS)
 def test_a_neutral_parameter_changes_not_one_bit(effect_id: str, name: str) -> None:
     kind = effect_class(effect_id)
-    neutral = neutral_value(kind, name)
+    neutral = parameters_of(kind)[name].neutral
     if neutral is None:
         pytest.skip("has no neutral value")
     effect = kind(**{name: neutral})
     if not effect.is_neutral:  # where several together do nothing, such as the angles of a rotation
-        effect = kind(**{n: v for n in kind.model_fields if (v := neutral_value(kind, n)) is not None})
+        effect = kind(**{n: one.neutral for n, one in parameters_of(kind).items() if one.neutral is not None})
     assert effect.is_neutral
     for others in ([], [MaterialNoise(), FillRate()]):
         a, b = measure([*others, effect]), measure(list(others))

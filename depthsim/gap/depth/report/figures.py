@@ -12,12 +12,11 @@ from depthsim.gap.depth.report.figures_curves import Series, curves_picture
 from depthsim.gap.depth.report.figures_errors import Sample, correlation_picture, errors_picture, sample
 from depthsim.gap.depth.report.figures_where import image_picture, mesh_picture
 from depthsim.gap.report.figures import FIXED, REAL, SIMULATED, Picture
-from depthsim.sensor.effect import Effect
+from depthsim.sensor.effect import Effect, effect_class
 
 _ROWS = 3
 _SEED = 31
 _TOGETHER = {"pixel_neighbours", "frame_neighbours"}
-_TOGETHER_EFFECTS = {"spatial_correlation", "temporal_correlation", "spatial_filter"}
 
 
 def pictures(found: Findings) -> dict[str, Picture]:
@@ -67,5 +66,5 @@ def _together(found: Findings) -> bool:
     """Whether it matters how errors go together."""
     d = found.diagnosis
     cuts = [*d.where, *(d.unexplained.where if d.unexplained else ())]
-    effects = {name for cause in d.causes for name in (cause.effect, *cause.indistinguishable_from)}
-    return any(cut.axis in _TOGETHER for cut in cuts) or bool(effects & _TOGETHER_EFFECTS)
+    effects = [effect_class(name) for cause in d.causes for name in (cause.effect, *cause.indistinguishable_from)]
+    return any(cut.axis in _TOGETHER for cut in cuts) or any(effect.kinds[0] == "correlation" for effect in effects)
