@@ -5,7 +5,7 @@ from typing import Any
 
 import viser
 
-from depthsim.materials import Materials
+from depthsim.materials import Material, Materials
 from depthsim.sensor.effect import Effect, Stage, effect_class, effect_ids, parameters_of
 from viewer.controls.handles import put
 from viewer.controls.ranges import Range, parameter_range
@@ -38,7 +38,7 @@ class EffectFolder:
         self._by_tag: dict[str, dict[str, tuple[Any, Range]]] = {}
         self._chosen: dict[str, dict[str, float]] = {}
         self._bare: dict[str, Any] = {}
-        self._folder = gui.add_folder(kind.id, expand_by_default=kind.id == "material_noise")
+        self._folder = gui.add_folder(kind.id, expand_by_default=_of_the_scene(kind))
         with self._folder:
             about = " ".join((kind.__doc__ or "").split())
             self._switch = gui.add_checkbox("on", False, hint=f"{about} Source: {kind.source}.")
@@ -130,6 +130,11 @@ class EffectFolder:
         values: dict[str, Any] = {name: span.within(slider.value) for name, (slider, span) in self._sliders.items()}
         values.update({name: dict(chosen) for name, chosen in self._chosen.items()})
         return self.kind(**values)
+
+
+def _of_the_scene(kind: type[Effect]) -> bool:
+    """Whether its controls show what materials.yaml has of the scene's materials."""
+    return any(one.by_material and name in Material.model_fields for name, one in parameters_of(kind).items())
 
 
 class EffectControls:
