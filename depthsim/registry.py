@@ -86,6 +86,16 @@ def with_ids(base: type[T], needed: Sequence[str]) -> dict[str, type[T]]:
     return found
 
 
+def check_words(kind: type, name: str, known: Sequence[str]) -> None:
+    """Raise :class:`InputError` where ``kind``'s attribute ``name`` is no tuple of ``known`` words."""
+    given = getattr(kind, name)
+    if not isinstance(given, tuple):
+        raise fault(kind, f"`{name}` is no tuple", f"write {name} = ({str(given)!r},)")
+    for word in given:
+        if word not in known:
+            raise fault(kind, f"there is no {word!r} that `{name}` could have", f"the words are {', '.join(known)}")
+
+
 def fault(kind: type, problem: str, fix: str) -> InputError:
     """The error that a class cannot be an effect."""
     return InputError(_place(kind), kind.__name__, problem, fix)

@@ -8,11 +8,11 @@ the classes in ``depthsim/sensor/effects/`` and those in the files that ``DEPTHS
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from functools import cache
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict
 
-from depthsim.registry import load_own, load_package, with_ids
+from depthsim.registry import check_words, fault, load_own, load_package, with_ids
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.parameter import Setting, parameter, parameters_of
 from depthsim.sensor.view import View
@@ -117,7 +117,24 @@ def _registry() -> dict[str, type[Effect]]:
     load_package("depthsim.sensor.effects")
     load_own()
     found = with_ids(Effect, ("stage", "source", "axes", "kinds", "recording"))
+    for kind in found.values():
+        _check(kind)
     return dict(sorted(found.items(), key=lambda item: physical_order(item[1])))
+
+
+def _check(kind: type[Effect]) -> None:
+    """Raise :class:`InputError` for what a fit, a page or a slider could not make sense of."""
+    check_words(kind, "axes", get_args(Axis))
+    check_words(kind, "kinds", get_args(Kind))
+    if not kind.kinds:
+        raise fault(kind, "`kinds` is empty", f"name the kind of gap that it makes: {', '.join(get_args(Kind))}")
+    try:
+        names = parameters_of(kind)
+    except TypeError as error:
+        raise fault(kind, str(error), "declare every field so") from None
+    for name in {name for form in (*kind.forms, kind.shown) for name in form}:
+        if name not in names:
+            raise fault(kind, f"`forms` or `shown` has {name!r}, which is no parameter", "correct the name")
 
 
 def effect_ids() -> list[str]:
