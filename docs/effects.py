@@ -37,6 +37,7 @@ HEAD = """# The effects
 
 Made by `docs/effects.py` from the code; do not edit. An effect stands in a sensor profile as `- id`, with its default
 values, or as `- id: {parameter: value}`. Effects act in the order of this page, whatever their order in the file.
+One of your own is a class in a file that the variable `DEPTHSIM_EFFECTS` names; CONTRIBUTING.md has an example.
 With a parameter at its neutral value an effect changes not one bit (where several are marked *, all of them together).
 
 Each picture shows one effect alone on a frame of the office, 424x240. On the left is the measured depth, near is blue;

@@ -1,5 +1,7 @@
 """The two effects of the paper, and what must hold for every effect of the bank."""
 
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ from pydantic import ValidationError
 from scipy import stats
 from shapes import MATERIALS, Array, as_scene, camera, soup, strips, wall
 
+from depthsim.gap.flight.effect import flight_effect_ids
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Sensor, effect_class, effect_ids
 from depthsim.sensor.effect import parameters_of
@@ -156,10 +159,29 @@ NUMBERS = [(i, name) for i in effect_ids() for name in effect_class(i).model_fie
 @pytest.mark.parametrize("effect_id", effect_ids())
 def test_an_effect_says_what_it_is(effect_id: str) -> None:
     kind = effect_class(effect_id)
-    assert kind.id == effect_id and kind.source and kind.__doc__
-    for name, info in kind.model_fields.items():
-        assert info.description, name
-        assert isinstance(info.json_schema_extra, dict) and {"unit", "source"} <= info.json_schema_extra.keys(), name
+    assert kind.id == effect_id and kind.source and kind.__doc__ and kind.recording and kind.kinds
+    assert kind.axes or kind.id == "fill_rate"  # which is alike everywhere
+    assert len(set(kind.axes)) == len(kind.axes) and len(set(kind.kinds)) == len(kind.kinds)
+    assert set(kind.seen_on) <= set(effect_ids())
+    known = parameters_of(kind)
+    assert list(known) == list(kind.model_fields)
+    assert all(one.unit and one.source and one.about for one in known.values())
+    for form in kind.forms:
+        assert all(known[name].low <= value <= known[name].high for name, value in form.items())
+
+
+def test_no_other_file_lists_effects() -> None:
+    root = Path(__file__).resolve().parents[1]
+    files = [root / "docs" / "effects.py", root / "benchmarks" / "effects.py", *(root / "viewer").rglob("*.py")]
+    for part in ("gap/depth", "gap/report", "sweep", "cli"):
+        files += (root / "depthsim" / part).rglob("*.py")
+    named = re.compile("|".join(f"[\"']{name}[\"']" for name in effect_ids()))
+    assert [(file.name, found) for file in files if (found := named.findall(file.read_text()))] == []
+    keys_of_a_vehicle = {"mass", "ground_effect", "thrust_scale", "imu_bias"}
+    of_flight = set(flight_effect_ids()) - keys_of_a_vehicle
+    named = re.compile("|".join(f"[\"']{name}[\"']" for name in of_flight))
+    flown = [file for file in (root / "depthsim/gap/flight").rglob("*.py") if file.parent.name != "effects"]
+    assert [(file.name, found) for file in flown if (found := named.findall(file.read_text()))] == []
 
 
 @pytest.mark.parametrize("effect_id", effect_ids())
