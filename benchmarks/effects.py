@@ -1,6 +1,6 @@
 """What the effects cost: all of them at once against the clean cast, and each alone.
 
-    ./run python benchmarks/effects.py [--rounds 15] [--scene office]
+    ./run python benchmarks/effects.py [EFFECT ...] [--rounds 15] [--scene office]
 
 An effect that bends rays or moves the camera has its frame cast anew, and one that asks for the right imager's view
 has that cast, too; both are in its figure. The geometry as it is, which no effect needs then, is cast where it is asked
@@ -13,12 +13,15 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.measuring import least_cpu, machine, milliseconds, ratio, side_by_side
+from depthsim.camera import Camera
 from depthsim.presets import preset
 from depthsim.raycast import Caster
 from depthsim.scenefile import load_scene
@@ -27,16 +30,14 @@ from depthsim.sensor.motion import Motion
 from depthsim.sensor.sensor import Measurement
 from depthsim.trajectory import resolve_trajectory
 
-SOME = {
-    "spatial_correlation": ("disparity_noise",),
-    "temporal_correlation": ("disparity_noise",),
-}
-"""Effects that do nothing alone, with those that they act on; these are timed without it and taken off."""
 AIM = 4.0
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "effects", nargs="*", metavar="EFFECT", help="of these alone what each costs; all if none given"
+    )
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--scene", default="office")
     options = parser.parse_args()
@@ -52,7 +53,29 @@ def main() -> None:
 
     console = Console()
     console.print(machine())
-    every = [effect_class(effect_id)() for effect_id in effect_ids()]
+    chosen = [effect_class(effect_id)() for effect_id in options.effects or effect_ids()]
+    if not options.effects:
+        _together(options, caster, camera, pose, frame, chosen, console)
+    alone = Table("effect", "stage", "ms more than without", "casts")
+    for effect in chosen:
+        given = [effect_class(effect_id)() for effect_id in effect.seen_on]  # without which it would do nothing
+        both = side_by_side({"without": frame(*given), "with": frame(*given, effect)}, max(options.rounds // 3, 3))
+        more = milliseconds(both["with"]) - milliseconds(both["without"])
+        casts = "again" if effect.stage <= 1 else "right view" if effect.needs_right else ""
+        alone.add_row(effect.id, effect.stage.name.lower(), f"{more:.2f}", casts)
+    console.print(alone)
+
+
+def _together(
+    options: argparse.Namespace,
+    caster: Caster,
+    camera: Camera,
+    pose: NDArray[np.float64],
+    frame: Callable[..., Callable[[], Measurement]],
+    every: list[Effect],
+    console: Console,
+) -> None:
+    """All effects at once, and the profiles, beside the clean cast."""
     whole = frame(*every)
     works = {
         "clean": partial(caster.cast, camera, pose, out=caster.cast(camera, pose)),
@@ -62,7 +85,7 @@ def main() -> None:
         "the same, and the geometry as it is": lambda: whole().clean,
     }
     seconds, busy = side_by_side(works, options.rounds), least_cpu(works, options.rounds)
-    title = f"{options.scene}, {len(scene.faces):,} faces, {camera.width}x{camera.height}"
+    title = f"{options.scene}, {len(caster.scene.faces):,} faces, {camera.width}x{camera.height}"
     table = Table(title, "ms, median", "ratio", "processor ms, least", "ratio", f"at most {AIM:g}")
     for name, own in seconds.items():
         figure = ratio(seconds, name, "clean")
@@ -70,14 +93,6 @@ def main() -> None:
         cpu = f"{1e3 * busy[name]:.1f}", f"{busy[name] / busy['clean']:.2f}"
         table.add_row(name, f"{milliseconds(own):.1f}", f"{figure:.2f}", *cpu, reached)
     console.print(table)
-    alone = Table("effect", "stage", "ms more than without", "casts")
-    for effect in every:
-        given = [effect_class(effect_id)() for effect_id in SOME.get(effect.id, ())]
-        both = side_by_side({"without": frame(*given), "with": frame(*given, effect)}, max(options.rounds // 3, 3))
-        more = milliseconds(both["with"]) - milliseconds(both["without"])
-        casts = "again" if effect.stage <= 1 else "right view" if effect.needs_right else ""
-        alone.add_row(effect.id, effect.stage.name.lower(), f"{more:.2f}", casts)
-    console.print(alone)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from depthsim.presets import preset
 from depthsim.raycast import Caster
 from depthsim.runs.terminal import depth_span, turbo
 from depthsim.scenefile import load_scene
-from depthsim.sensor import Effect, Sensor, Stage, effect_class, effect_ids
+from depthsim.sensor import Effect, Sensor, Stage, effect_class, effect_ids, parameters_of
 from depthsim.sensor.motion import Motion
 from depthsim.trajectory import resolve_trajectory
 
@@ -24,19 +25,8 @@ OUT = Path(__file__).resolve().parent
 PICTURES = OUT / "pictures" / "effects"
 SIZE = (424, 240)
 MOMENT = 0.35
-SHOWN: dict[str, dict[str, Any]] = {
-    "baseline_scale": {"scale": 0.98},
-    "extrinsic_rotation": {"z": 2.0},
-    "flying_pixels": {"rate": 0.5},
-    "heavy_tails": {"share": 0.02},
-    "max_range": {"depth": 3.5},
-    "min_range": {"depth": 1.5},
-    "temporal_correlation": {"correlation": 0.9},
-    "time_offset": {"offset": 0.05},
-}
-"""Other values than the defaults, for effects that the picture would not show."""
-WITH: dict[str, str] = {"spatial_correlation": "disparity_noise", "temporal_correlation": "disparity_noise"}
-"""Effects that act on another one's noise."""
+WARM = 3600.0
+"""[s] What acts with time is shown so long after the first frame."""
 STAGES = {
     Stage.POSE: "the poses that the frame is cast from",
     Stage.OPTICS: "the directions of the rays",
@@ -53,6 +43,7 @@ HEAD = """# The effects
 
 Made by `docs/effects.py` from the code; do not edit. An effect stands in a sensor profile as `- id`, with its default
 values, or as `- id: {parameter: value}`. Effects act in the order of this page, whatever their order in the file.
+One of your own is a class in a file that the variable `DEPTHSIM_EFFECTS` names; CONTRIBUTING.md has an example.
 With a parameter at its neutral value an effect changes not one bit (where several are marked *, all of them together).
 
 Each picture shows one effect alone on a frame of the office, 424x240. On the left is the measured depth, near is blue;
@@ -75,35 +66,27 @@ def page() -> str:
 
 def entry(kind: type[Effect]) -> str:
     """What the page says of one effect."""
-    shown = SHOWN.get(kind.id, {})
+    shown = kind.shown
     what = f"{kind.id}, " + (", ".join(f"{k} = {v:g}" for k, v in shown.items()) or "default values")
     text = [
         f"### {kind.id}\n",
         " ".join((kind.__doc__ or "").split()) + "\n",
         f"![{what}](pictures/effects/{kind.id}.png)\n",
     ]
-    if shown or kind.id in WITH:
-        text.append(f"Shown: {what}{f', on {WITH[kind.id]}' if kind.id in WITH else ''}.\n")
+    if shown or kind.seen_on:
+        text.append(f"Shown: {what}{f', on {both(kind.seen_on)}' if kind.seen_on else ''}.\n")
     rows = [
         "| parameter | default | from | to | neutral | unit | what | source |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
-    for name, info in kind.model_fields.items():
-        extra: dict[str, Any] = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
-        limits = {type(item).__name__: item for item in info.metadata}
-        low, high = (getattr(limits.get(key), key.lower(), None) for key in ("Ge", "Le"))
-        default = info.get_default(call_default_factory=True)
-        neutral = number(extra.get("neutral"))
-        alone = neutral and not kind.model_validate({name: extra["neutral"]}).is_neutral
-        cells = [
-            f"`{name}`",
-            number(default),
-            number(low),
-            number(high),
-            neutral + ("*" if alone else ""),
-            extra["unit"],
-        ]
-        rows.append("| " + " | ".join([*cells, info.description or "", extra["source"]]) + " |")
+    for name, one in parameters_of(kind).items():
+        neutral = number(one.neutral)
+        alone = neutral and not kind.model_validate({name: one.neutral}).is_neutral
+        low, high = ("", "") if one.by_material else (number(one.low), number(one.high))
+        cells = [f"`{name}`", number(one.default), low, high, neutral + ("*" if alone else ""), one.unit]
+        rows.append("| " + " | ".join([*cells, one.about, one.source]) + " |")
+    along = both([axis.replace("_", " ") for axis in kind.axes]) if kind.axes else "no axis, alike everywhere"
+    text.append(f"Makes a gap of {both(kind.kinds)} along {along}. What tells it apart: {kind.recording}.\n")
     return "\n".join([*text, *rows, "", f"Source: {kind.source}.\n"])
 
 
@@ -115,6 +98,11 @@ def formats(text: str) -> str:
         rows.append(f"| [{effect_id}](effects.md#{effect_id}) | {about.replace('|', BAR).replace('``', '`')} |")
     head, tail = text.split(BEGIN, maxsplit=1)[0], text.split(END)[1]
     return f"{head}{BEGIN}\n{chr(10).join(rows)}\n{END}{tail}"
+
+
+def both(words: Sequence[str]) -> str:
+    """Words in a row."""
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
 def number(value: Any) -> str:
@@ -135,19 +123,18 @@ class Studio:
         self.caster, self.motion = Caster(self.scene), Motion.along(path)
 
     def picture(self, kind: type[Effect]) -> NDArray[np.uint8]:
-        """(240, 848, 3): depth and error side by side; of temporal_correlation the errors of two frames."""
-        effects = [effect_class(WITH[kind.id])()] if kind.id in WITH else []
-        effects.append(kind(**SHOWN.get(kind.id, {})))
+        """(240, 848, 3): depth and error side by side; of what acts from frame to frame the errors of two."""
+        effects = [*(effect_class(other)() for other in kind.seen_on), kind(**kind.shown)]
         first, depth = self.error(effects, 0)
-        if kind.id == "temporal_correlation":
+        if "frame_neighbours" in kind.axes[:1]:
             return np.concatenate([first, self.error(effects, 1)[0]], axis=1)
         return np.concatenate([depth, first], axis=1)
 
     def error(self, effects: list[Effect], later: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """The pictures of error and depth, ``later`` frames on."""
         keys: dict[str, Any] = {"index": self.index + later, "stamp": self.stamp, "motion": self.motion}
-        if effects[-1].id == "thermal_drift":  # shown when the camera is warm
-            keys |= {"stamp": 3600.0, "motion": Motion.still(self.pose)}
+        if "time" in effects[-1].axes[:1]:
+            keys |= {"stamp": WARM, "motion": Motion.still(self.pose)}
         measured = Sensor(self.caster, self.camera, effects).measure(self.pose, **keys)
         z, clean = measured.depth.astype(float), measured.clean.depth.astype(float)
         near, far = depth_span(measured.clean.depth)

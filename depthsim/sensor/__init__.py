@@ -1,8 +1,26 @@
 """A depth sensor: a camera and an ordered set of effects."""
 
-from depthsim.sensor.effect import Effect, Stage, effect_class, effect_ids
+from depthsim.sensor.effect import Axis, Effect, Kind, Stage, effect_class, effect_ids
 from depthsim.sensor.frame import Frame
+from depthsim.sensor.parameter import Setting, by_material, parameter, parameters_of
 from depthsim.sensor.profile import Profile, load_profile
 from depthsim.sensor.sensor import Sensor
+from depthsim.sensor.view import View
 
-__all__ = ["Effect", "Frame", "Profile", "Sensor", "Stage", "effect_class", "effect_ids", "load_profile"]
+__all__ = [
+    "Axis",
+    "Effect",
+    "Frame",
+    "Kind",
+    "Profile",
+    "Sensor",
+    "Setting",
+    "Stage",
+    "View",
+    "by_material",
+    "effect_class",
+    "effect_ids",
+    "load_profile",
+    "parameter",
+    "parameters_of",
+]

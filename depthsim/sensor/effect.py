@@ -1,19 +1,32 @@
 """What an effect is, and the registry that simulator, profiles, viewer and diagnosis read.
 
 An effect is one thing, used twice: what the simulator applies to a clean frame, and the hypothesis that the diagnosis
-fits to a real one. To add one, write a class in ``depthsim/sensor/effects/``: the registry finds it by itself.
+fits to a real one. Its class says all that is to be known of it; nothing else has a list of effects. The registry finds
+the classes in ``depthsim/sensor/effects/`` and those in the files that ``DEPTHSIM_EFFECTS`` names.
 """
 
-import importlib
-import pkgutil
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from functools import cache
-from typing import Any, ClassVar
+from typing import ClassVar, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict
 
+from depthsim.registry import check_words, fault, load_own, load_package, with_ids
 from depthsim.sensor.frame import Frame
+from depthsim.sensor.parameter import Setting, parameter, parameters_of
 from depthsim.sensor.view import View
+
+__all__ = ["Axis", "Effect", "Kind", "Setting", "Stage", "effect_class", "effect_ids", "parameter", "parameters_of"]
+
+Axis = Literal[
+    "range", "incidence", "material", "surface", "height", "image_row", "image_column", "image_radius",
+    "image_position", "edge_distance", "disparity_phase", "time", "motion", "pixel_neighbours", "frame_neighbours",
+    "residual_tail",
+]  # fmt: skip
+"""The axes that the diagnosis cuts a gap along."""
+Kind = Literal["bias", "spread", "missing", "correlation", "tail"]
+"""In what way simulation and recording may differ."""
 
 
 class Stage(IntEnum):
@@ -38,9 +51,9 @@ class Stage(IntEnum):
 class Effect(BaseModel):
     """One physical effect of a depth sensor, with its parameters as fields.
 
-    A subclass sets ``id``, ``stage`` and ``source``, declares its parameters with :func:`parameter`, and acts in
-    :meth:`apply`, or in :meth:`bend` where the rays themselves are others. An effect whose parameters are all neutral
-    is left out of the sensor and so changes not one bit.
+    A subclass sets ``id``, ``stage``, ``source``, ``axes``, ``kinds`` and ``recording``, declares its parameters with
+    :func:`parameter`, and acts in :meth:`apply`, or in :meth:`bend` where the rays themselves are others. An effect
+    whose parameters are all neutral is left out of the sensor and so changes not one bit.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -48,10 +61,24 @@ class Effect(BaseModel):
     id: ClassVar[str]
     stage: ClassVar[Stage]
     source: ClassVar[str]
+    axes: ClassVar[tuple[Axis, ...]]
+    """along which the gap that it makes changes, the one that shows it best first; none where it is alike everywhere"""
+    kinds: ClassVar[tuple[Kind, ...]]
+    """of gap that it makes, its own first and then those that it may look like"""
+    recording: ClassVar[str]
+    """what to record to tell it from others"""
     rank: ClassVar[int] = 0
     """the order within a stage; effects of one rank act in the order of their ids"""
     needs_right: ClassVar[bool] = False
     """whether the effect asks what the right imager sees"""
+    law: ClassVar[str] = ""
+    """what it is a law of, where a sensor has one such law: a fit tries it beside and in place of another one"""
+    forms: ClassVar[tuple[Mapping[str, float], ...]] = ({},)
+    """the forms that it may have, each by the parameters that are held: a fit tries each of them"""
+    shown: ClassVar[Mapping[str, float]] = {}
+    """other values than the defaults, at which a single picture shows what it does"""
+    seen_on: ClassVar[tuple[str, ...]] = ()
+    """effects without which it does nothing, such as a noise that it changes"""
 
     def bend(self, view: View) -> None:
         """Change what the frame is cast with; for the stages POSE and OPTICS."""
@@ -60,6 +87,11 @@ class Effect(BaseModel):
     def apply(self, frame: Frame) -> None:
         """Change ``frame`` in place; for every later stage."""
         raise NotImplementedError
+
+    @classmethod
+    def suggested(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
+        """Values of all parameters that a recording itself suggests: fits begin there first."""
+        return ()
 
     @property
     def material_tags(self) -> tuple[str, ...]:
@@ -70,24 +102,9 @@ class Effect(BaseModel):
     def is_neutral(self) -> bool:
         """Whether the effect does nothing because any one of its parameters has its neutral value."""
         return any(
-            neutral_value(type(self), name) is not None and getattr(self, name) == neutral_value(type(self), name)
-            for name in type(self).model_fields
+            one.neutral is not None and getattr(self, one.name) == one.neutral
+            for one in parameters_of(type(self)).values()
         )
-
-
-def parameter(
-    default: Any, *, low: float, high: float, unit: str, about: str, source: str, neutral: float | None = None
-) -> Any:
-    """A parameter of an effect: its default is a typical camera's value; at ``neutral`` the effect does nothing."""
-    extra: dict[str, Any] = {"unit": unit, "source": source, "neutral": neutral}
-    return Field(default, ge=low, le=high, allow_inf_nan=False, description=about, json_schema_extra=extra)
-
-
-def neutral_value(effect: type[Effect], name: str) -> float | None:
-    """The value of a parameter at which the effect does nothing, or None where it has no such value."""
-    extra = effect.model_fields[name].json_schema_extra
-    value = extra.get("neutral") if isinstance(extra, dict) else None
-    return float(value) if isinstance(value, int | float) else None
 
 
 def physical_order(effect: Effect | type[Effect]) -> tuple[int, int, str]:
@@ -97,21 +114,27 @@ def physical_order(effect: Effect | type[Effect]) -> tuple[int, int, str]:
 
 @cache
 def _registry() -> dict[str, type[Effect]]:
-    import depthsim.sensor.effects as package
-
-    for module in pkgutil.iter_modules(package.__path__):
-        importlib.import_module(f"{package.__name__}.{module.name}")
-    found: dict[str, type[Effect]] = {}
-    for kind in _all_subclasses(Effect):
-        if found.setdefault(kind.id, kind) is not kind:
-            raise TypeError(f"two effects have the id {kind.id!r}: {found[kind.id].__module__} and {kind.__module__}")
+    load_package("depthsim.sensor.effects")
+    load_own()
+    found = with_ids(Effect, ("stage", "source", "axes", "kinds", "recording"))
+    for kind in found.values():
+        _check(kind)
     return dict(sorted(found.items(), key=lambda item: physical_order(item[1])))
 
 
-def _all_subclasses(kind: type[Effect]) -> list[type[Effect]]:
-    """The classes below ``kind`` that have an id of their own."""
-    below = [sub for child in kind.__subclasses__() for sub in (child, *_all_subclasses(child))]
-    return [sub for sub in below if "id" in vars(sub)]
+def _check(kind: type[Effect]) -> None:
+    """Raise :class:`InputError` for what a fit, a page or a slider could not make sense of."""
+    check_words(kind, "axes", get_args(Axis))
+    check_words(kind, "kinds", get_args(Kind))
+    if not kind.kinds:
+        raise fault(kind, "`kinds` is empty", f"name the kind of gap that it makes: {', '.join(get_args(Kind))}")
+    try:
+        names = parameters_of(kind)
+    except TypeError as error:
+        raise fault(kind, str(error), "declare every field so") from None
+    for name in {name for form in (*kind.forms, kind.shown) for name in form}:
+        if name not in names:
+            raise fault(kind, f"`forms` or `shown` has {name!r}, which is no parameter", "correct the name")
 
 
 def effect_ids() -> list[str]:

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from depthsim.camera import Camera
 from depthsim.errors import InputError
+from depthsim.registry import VARIABLE
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.stereo.settings import ActiveStereo, split_camera
 from depthsim.yamlfile import read_mapping, validate
@@ -104,7 +105,8 @@ def _effect(entry: Any, path: Path, place: str) -> Effect:
     else:
         raise InputError(path, place, "is not an effect", "write `- id` or `- id: {parameter: value}`")
     if effect_id not in effect_ids():
-        raise InputError(path, place, f"there is no effect {effect_id!r}", f"the effects are {', '.join(effect_ids())}")
+        fix = f"the effects are {', '.join(effect_ids())}, and those of the files that {VARIABLE} names"
+        raise InputError(path, place, f"there is no effect {effect_id!r}", fix)
     parameters = {} if parameters is None else parameters
     if not isinstance(parameters, dict):
         raise InputError(path, f"{place}.{effect_id}", "has no parameters by name", "write {parameter: value}")

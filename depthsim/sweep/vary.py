@@ -12,7 +12,7 @@ from depthsim.errors import InputError
 from depthsim.materials import Material, Materials
 from depthsim.scene import Scene
 from depthsim.sensor import Profile
-from depthsim.sensor.effect import Effect, effect_class
+from depthsim.sensor.effect import Effect, effect_class, parameters_of
 from depthsim.stereo.settings import ActiveStereo
 from depthsim.sweep.plan import Plan, PlannedPath, PlannedProfile, PlannedRun, PlannedScene
 from depthsim.trajectory import SHAPES, Trajectory
@@ -47,10 +47,12 @@ def _effect(name: str, keys: dict[str, Any]) -> Effect:
 
 def _drawn_of_effect(name: str, values: Values) -> dict[str, Any]:
     drawn = {path.split(".")[2]: value for path, value in values.items() if path.startswith(f"effects.{name}.")}
-    if name == "ambient_light":
-        sun = {key: values[f"light.{key}"] for key in ("azimuth", "elevation") if f"light.{key}" in values}
-        drawn = {**sun, **drawn}
-    return drawn
+    return {key: values[path] for key, path in _shared(name).items() if path in values} | drawn
+
+
+def _shared(name: str) -> dict[str, str]:
+    """The values of a sweep that an effect's parameters share with other parts of the sensor, by parameter."""
+    return {key: one.drawn_as for key, one in parameters_of(effect_class(name)).items() if one.drawn_as}
 
 
 def _light(values: Values) -> dict[str, Any]:
@@ -146,7 +148,7 @@ def is_used(path: str, scene: PlannedScene, trajectory: PlannedPath, profile: Pl
     if group == "stereo":
         return profile.stereo is not None
     if group == "light":
-        return profile.stereo is not None or (rest in ("azimuth", "elevation") and "ambient_light" in effects)
+        return profile.stereo is not None or any(path in _shared(effect).values() for effect in effects)
     if group == "materials":
         return rest in scene.tags
     if group == "surfaces":

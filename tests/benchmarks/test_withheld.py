@@ -25,7 +25,7 @@ from benchmarks.withheld_score.plan import planned, slice_cases
 from benchmarks.withheld_score.tables import print_all
 from depthsim.presets import preset
 from depthsim.runs import Run
-from depthsim.sensor import Sensor, effect_ids, load_profile
+from depthsim.sensor import Sensor, effect_class, effect_ids, load_profile
 
 ROOT = Path(__file__).parents[2]
 KINDS = [kind for kinds in [*formulas.FORMULAS.values(), *formulas.OUTSIDE.values()] for kind in kinds]
@@ -115,6 +115,7 @@ def test_the_base_is_the_simulator():
 def test_there_are_formulas_for_every_effect_of_the_bank():
     assert set(formulas.FORMULAS) == set(effect_ids())
     assert set(RIGHT_AXES) == set(effect_ids()) - {"fill_rate"}
+    assert all(effect_class(name).axes[0] in axes for name, axes in RIGHT_AXES.items())
     assert all(len(kinds) >= 2 for kinds in formulas.FORMULAS.values())
     assert not set(formulas.OUTSIDE) & set(effect_ids())
     assert all(kind.axes for kinds in formulas.OUTSIDE.values() for kind in kinds)

@@ -17,7 +17,7 @@ from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.frames import Still, choose_frames
 from depthsim.gap.depth.data.quantization import _steps_of
 from depthsim.gap.depth.data.simulate import Replay, acting
-from depthsim.gap.depth.fit.candidates import Setting, hypotheses
+from depthsim.gap.depth.fit.candidates import hypotheses
 from depthsim.gap.depth.fit.validate import jackknife
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
 from depthsim.materials import load_materials
@@ -26,6 +26,7 @@ from depthsim.scene import Scene
 from depthsim.sensor import Sensor, load_profile
 from depthsim.sensor.effect import effect_class, effect_ids
 from depthsim.sensor.motion import Motion
+from depthsim.sensor.parameter import Setting
 from depthsim.trajectory import Trajectory
 
 CAMERA = Camera(name="small", width=64, height=48, fx=40, fy=40, cx=31.5, cy=23.5, baseline=0.05)
@@ -183,7 +184,7 @@ def test_blocks_are_disjoint_and_span_the_run(count: int, pixels: int) -> None:
 
 
 def test_the_bank_is_the_registry() -> None:
-    setting = Setting(("cement", "wood"), np.linspace(0.5, 5, 12), 3.0, {"cement": 0.35, "wood": 0.5})
+    setting = Setting(("cement", "wood"), np.linspace(0.5, 5, 12), 3.0, load_materials())
     base = load_profile("paper").effects
     found = hypotheses(base, setting)
     assert {h.effect for h in found} == set(effect_ids())
@@ -197,7 +198,7 @@ def test_the_bank_is_the_registry() -> None:
 
 @given(st.floats(-1, 2))
 def test_parameters_survive_their_encoding(share: float) -> None:
-    setting = Setting(("cement",), np.linspace(0.5, 5, 12), 3.0, {"cement": 0.35})
+    setting = Setting(("cement",), np.linspace(0.5, 5, 12), 3.0, load_materials())
     for hypothesis in hypotheses(load_profile("clean").effects, setting):
         for free in hypothesis.free:
             low, high = free.low, min(free.high, 100.0)

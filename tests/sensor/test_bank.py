@@ -14,11 +14,11 @@ from shapes import Array, as_scene, box, camera, quad, sphere, wall
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from depthsim.gap.flight.fit.candidates import EFFECTS as FLIGHT_EFFECTS
+from depthsim.gap.flight.effect import flight_effect_ids
 from depthsim.materials import Materials
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Profile, Sensor, Stage, effect_class, effect_ids, load_profile
-from depthsim.sensor.effect import neutral_value
+from depthsim.sensor.effect import parameters_of
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.sensor import Measurement
 from depthsim.trajectory import Trajectory
@@ -117,7 +117,7 @@ def test_defaults_do_something(effect_id: str) -> None:
 @pytest.mark.parametrize("effect_id", effect_ids())
 def test_all_neutral_changes_not_one_bit(effect_id: str) -> None:
     kind = effect_class(effect_id)
-    neutral = {name: value for name in kind.model_fields if (value := neutral_value(kind, name)) is not None}
+    neutral = {name: one.neutral for name, one in parameters_of(kind).items() if one.neutral is not None}
     assert neutral, "no value of any parameter leaves the effect out"
     effect = kind.model_validate(neutral)
     assert effect.is_neutral
@@ -282,7 +282,7 @@ def test_the_page_of_the_effects_is_up_to_date() -> None:
     assert (folder / "effects.md").read_text(encoding="utf-8") == page(), "run docs/effects.py"
     text = (folder / "formats.md").read_text(encoding="utf-8")
     assert text == formats(text), "run docs/effects.py"
-    assert [name for name in FLIGHT_EFFECTS if name not in text] == []
+    assert [name for name in flight_effect_ids() if name not in text] == []
     missing = [i for i in effect_ids() if not (folder / "pictures" / "effects" / f"{i}.png").is_file()]
     assert not missing, "run docs/effects.py"
 

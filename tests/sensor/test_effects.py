@@ -1,5 +1,7 @@
 """The two effects of the paper, and what must hold for every effect of the bank."""
 
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,9 +13,10 @@ from pydantic import ValidationError
 from scipy import stats
 from shapes import MATERIALS, Array, as_scene, camera, soup, strips, wall
 
+from depthsim.gap.flight.effect import flight_effect_ids
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Sensor, effect_class, effect_ids
-from depthsim.sensor.effect import neutral_value
+from depthsim.sensor.effect import parameters_of
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.material_noise import MaterialNoise
 from depthsim.sensor.sensor import Measurement
@@ -156,10 +159,29 @@ NUMBERS = [(i, name) for i in effect_ids() for name in effect_class(i).model_fie
 @pytest.mark.parametrize("effect_id", effect_ids())
 def test_an_effect_says_what_it_is(effect_id: str) -> None:
     kind = effect_class(effect_id)
-    assert kind.id == effect_id and kind.source and kind.__doc__
-    for name, info in kind.model_fields.items():
-        assert info.description, name
-        assert isinstance(info.json_schema_extra, dict) and {"unit", "source"} <= info.json_schema_extra.keys(), name
+    assert kind.id == effect_id and kind.source and kind.__doc__ and kind.recording and kind.kinds
+    assert kind.axes or kind.id == "fill_rate"  # which is alike everywhere
+    assert len(set(kind.axes)) == len(kind.axes) and len(set(kind.kinds)) == len(kind.kinds)
+    assert set(kind.seen_on) <= set(effect_ids())
+    known = parameters_of(kind)
+    assert list(known) == list(kind.model_fields)
+    assert all(one.unit and one.source and one.about for one in known.values())
+    for form in kind.forms:
+        assert all(known[name].low <= value <= known[name].high for name, value in form.items())
+
+
+def test_no_other_file_lists_effects() -> None:
+    root = Path(__file__).resolve().parents[1]
+    files = [root / "docs" / "effects.py", root / "benchmarks" / "effects.py", *(root / "viewer").rglob("*.py")]
+    for part in ("gap/depth", "gap/report", "sweep", "cli"):
+        files += (root / "depthsim" / part).rglob("*.py")
+    named = re.compile("|".join(f"[\"']{name}[\"']" for name in effect_ids()))
+    assert [(file.name, found) for file in files if (found := named.findall(file.read_text()))] == []
+    keys_of_a_vehicle = {"mass", "ground_effect", "thrust_scale", "imu_bias"}
+    of_flight = set(flight_effect_ids()) - keys_of_a_vehicle
+    named = re.compile("|".join(f"[\"']{name}[\"']" for name in of_flight))
+    flown = [file for file in (root / "depthsim/gap/flight").rglob("*.py") if file.parent.name != "effects"]
+    assert [(file.name, found) for file in flown if (found := named.findall(file.read_text()))] == []
 
 
 @pytest.mark.parametrize("effect_id", effect_ids())
@@ -171,12 +193,12 @@ def test_the_defaults_of_an_effect_are_those_of_a_camera_and_do_something(effect
 @pytest.mark.parametrize(("effect_id", "name"), NUMBERS)
 def test_a_neutral_parameter_changes_not_one_bit(effect_id: str, name: str) -> None:
     kind = effect_class(effect_id)
-    neutral = neutral_value(kind, name)
+    neutral = parameters_of(kind)[name].neutral
     if neutral is None:
         pytest.skip("has no neutral value")
     effect = kind(**{name: neutral})
     if not effect.is_neutral:  # where several together do nothing, such as the angles of a rotation
-        effect = kind(**{n: v for n in kind.model_fields if (v := neutral_value(kind, n)) is not None})
+        effect = kind(**{n: one.neutral for n, one in parameters_of(kind).items() if one.neutral is not None})
     assert effect.is_neutral
     for others in ([], [MaterialNoise(), FillRate()]):
         a, b = measure([*others, effect]), measure(list(others))

@@ -5,8 +5,8 @@ from typing import Any
 
 import viser
 
-from depthsim.materials import Materials
-from depthsim.sensor.effect import Effect, Stage, effect_class, effect_ids
+from depthsim.materials import Material, Materials
+from depthsim.sensor.effect import Effect, Stage, effect_class, effect_ids, parameters_of
 from viewer.controls.handles import put
 from viewer.controls.ranges import Range, parameter_range
 
@@ -37,17 +37,16 @@ class EffectFolder:
         self._sliders: dict[str, tuple[Any, Range]] = {}
         self._by_tag: dict[str, dict[str, tuple[Any, Range]]] = {}
         self._chosen: dict[str, dict[str, float]] = {}
-        self._folder = gui.add_folder(kind.id, expand_by_default=kind.id == "material_noise")
+        self._folder = gui.add_folder(kind.id, expand_by_default=_of_the_scene(kind))
         with self._folder:
             about = " ".join((kind.__doc__ or "").split())
             self._switch = gui.add_checkbox("on", False, hint=f"{about} Source: {kind.source}.")
             self._switch.on_update(self._moved)
-            for name, field in kind.model_fields.items():
-                extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
-                unit = f" [{extra['unit']}]" if extra.get("unit") not in (None, "1") else ""
-                source = f" Source: {extra['source']}." if extra.get("source") else ""
-                told = f"{field.description}, {{low:g}} to {{high:g}}{unit}.{source}"
-                if "dict" in str(field.annotation):
+            for name, one in parameters_of(kind).items():
+                unit = f" [{one.unit}]" if one.unit not in ("", "1") else ""
+                source = f" Source: {one.source}." if one.source else ""
+                told = f"{one.about}, {{low:g}} to {{high:g}}{unit}.{source}"
+                if one.by_material:
                     self._add_by_tag(gui, name, unit, told)
                 else:
                     span = parameter_range(kind, name)
@@ -130,6 +129,11 @@ class EffectFolder:
         values: dict[str, Any] = {name: span.within(slider.value) for name, (slider, span) in self._sliders.items()}
         values.update({name: dict(chosen) for name, chosen in self._chosen.items()})
         return self.kind(**values)
+
+
+def _of_the_scene(kind: type[Effect]) -> bool:
+    """Whether its controls show what materials.yaml has of the scene's materials."""
+    return any(one.by_material and name in Material.model_fields for name, one in parameters_of(kind).items())
 
 
 class EffectControls:

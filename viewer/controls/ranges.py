@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from depthsim.sensor.effect import Effect, neutral_value
+from depthsim.sensor.effect import Effect, parameters_of
 
 _USUAL = 4.0
 """A slider begins with this many times the default's distance from the neutral value."""
@@ -28,16 +28,13 @@ class Range:
 
 def parameter_range(kind: type[Effect], name: str) -> Range:
     """Of a parameter; of one that is by material, of its values."""
-    field = kind.model_fields[name]
-    by_tag = "dict" in str(field.annotation)
-    low, high = _bounds(field.metadata if not by_tag else _value_metadata(field.annotation))
-    whole = field.annotation is int
-    if by_tag:
+    one = parameters_of(kind)[name]
+    low, high, neutral = one.low, one.high, one.neutral
+    if one.by_material:
         return Range(low, high, min(high, 2.0), 0.005, low)
-    default = field.default
-    if whole:
+    default = one.default
+    if one.whole:
         return Range(int(low), int(high), int(high), 1, int(default), whole=True)
-    neutral = neutral_value(kind, name)
     centre = neutral if neutral is not None and low < neutral < high else low
     reach = _USUAL * abs(float(default) - centre)
     if reach <= 0 or (centre > low and reach >= centre - low):
@@ -46,17 +43,6 @@ def parameter_range(kind: type[Effect], name: str) -> Range:
         top = min(high, _round_up(centre + reach) if centre in (0, low) else centre + reach)
     span = (top - low) if low >= 0 else max(top, -low)
     return Range(float(low), float(high), float(top), _step(span), float(default))
-
-
-def _bounds(metadata: list) -> tuple[float, float]:
-    low = next(item.ge for item in metadata if hasattr(item, "ge"))
-    high = next(item.le for item in metadata if hasattr(item, "le"))
-    return low, high
-
-
-def _value_metadata(annotation: object) -> list:
-    value = annotation.__args__[1]  # type: ignore[attr-defined]  # dict[str, Annotated[float, Field(...)]]
-    return [item for part in value.__metadata__ for item in getattr(part, "metadata", [part])]
 
 
 def _step(span: float) -> float:

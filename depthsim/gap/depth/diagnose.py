@@ -17,7 +17,7 @@ from depthsim.errors import InputError
 from depthsim.gap.depth.data.evidence import Evidence, open_run
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.fit.advice import advice_for
-from depthsim.gap.depth.fit.candidates import RANGES, Setting, hypotheses
+from depthsim.gap.depth.fit.candidates import hypotheses
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.select import Choice, choose
 from depthsim.gap.depth.fit.validate import Judge, Score, closed_interval
@@ -29,6 +29,7 @@ from depthsim.runs import Run
 from depthsim.scene import Scene
 from depthsim.scenefile.load import load_scene
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.parameter import Setting
 from depthsim.sensor.profile import Profile, load_profile
 
 MEASURE = "Jensen-Shannon divergence of the errors' distributions, mean over all views"
@@ -170,10 +171,9 @@ def remeasure(
 def setting_of(evidence: Evidence) -> Setting:
     """What of the recording decides where fits begin."""
     tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
-    quantiles = np.quantile(evidence.depths, RANGES).astype(float)
+    quantiles = np.quantile(evidence.depths, Setting.SHARES).astype(float)
     stamps = [still.stamp for still in evidence.stills.values()]
-    m = {tag: evidence.materials[tag].m for tag in evidence.scene.tags}
-    return Setting(tags, quantiles, max(stamps) - min(stamps), m, find_steps(evidence))
+    return Setting(tags, quantiles, max(stamps) - min(stamps), evidence.materials, find_steps(evidence))
 
 
 def _profile(run: Run, sensor: str | Path | Profile | None) -> Profile:

@@ -15,8 +15,11 @@ from depthsim.gap.flight.data.evidence import Problem, make_problem, with_noise
 from depthsim.gap.flight.data.records import prepare
 from depthsim.gap.flight.data.settings import base_settings, with_settings
 from depthsim.gap.flight.data.simulate import Model, Settings
+from depthsim.gap.flight.effect import flight_effect_ids
+from depthsim.gap.flight.effects.thrust import ThrustLag
+from depthsim.gap.flight.effects.wind import GustingWind
 from depthsim.gap.flight.findings import Flown, learn_all, power
-from depthsim.gap.flight.fit.candidates import EFFECTS, bank
+from depthsim.gap.flight.fit.candidates import bank, left_out
 from depthsim.gap.flight.fit.causes import causes_of, closed_interval, closed_share, gust_keys, rounded
 from depthsim.gap.flight.fit.nearest import only, sound
 from depthsim.gap.flight.fit.select import Choice, Progress, choose, significant
@@ -40,20 +43,22 @@ def examine(
     told: Progress = lambda _: None,
 ) -> Flown:
     """Diagnose flights of a vehicle; see :func:`depthsim.gap.flight.diagnose_flight`."""
-    unknown = [name for name in without if name not in EFFECTS]
+    unknown = [name for name in without if name not in flight_effect_ids()]
     if unknown:
-        raise InputError("--without", unknown[0], "is no effect of a flight", f"name one of {', '.join(EFFECTS)}")
+        raise InputError(
+            "--without", unknown[0], "is no effect of a flight", f"name one of {', '.join(flight_effect_ids())}"
+        )
     told("reading forces")
     records = prepare(logs, vehicle)
     base = base_settings(vehicle, [log.duration for log in logs])
-    problem, notes = make_problem(records, Model(vehicle), base), list(records.notes)
+    problem, notes = make_problem(records, Model(vehicle), base), [*records.notes, *left_out(records)]
     formulas = bank(records, problem.base, vehicle.rotors.radius, without)
     told("noise and axes")
-    choice = choose(problem, formulas, "gusting_wind" not in without, told)
+    choice = choose(problem, formulas, GustingWind.id not in without, told)
     quieter = with_noise(problem, choice.fit.settings)
     if (quieter.sigma < 0.8 * problem.sigma).any():
         problem = quieter
-        choice = choose(problem, formulas, "gusting_wind" not in without, told)
+        choice = choose(problem, formulas, GustingWind.id not in without, told)
     command = _as_command(problem, choice, vehicle)
     if command is not None:
         problem = command
@@ -62,7 +67,7 @@ def examine(
             f"the thrust in the log is read as a command, which the motors follow with the vehicle's {lag:g} s"
         )
         choice = choose(
-            problem, bank(records, problem.base, vehicle.rotors.radius, without), "gusting_wind" not in without, told
+            problem, bank(records, problem.base, vehicle.rotors.radius, without), GustingWind.id not in without, told
         )
     told("what is left")
     flown = _flown(problem, choice, vehicle, seed, notes, ())
@@ -82,7 +87,7 @@ def _as_command(problem: Problem, choice: Choice, vehicle: Vehicle) -> Problem |
     """
     lag = vehicle.rotors.motor_time_constant
     fit = choice.fit
-    if fit.effects != ("thrust_lag",) or problem.base.lag or choice.gusts is not None or not lag:
+    if fit.effects != (ThrustLag.id,) or problem.base.lag or choice.gusts is not None or not lag:
         return None
     found = fit.values[0][0] * (1 + (fit.values[0][1] if len(fit.values[0]) > 1 else 0.0))
     if abs(found - lag) > max(_SAME_LAG * lag, 2 * float(fit.errors[0][0])):
@@ -134,10 +139,9 @@ def _flown(
         unexplained=unexplained,
         notes=tuple(notes),
     )
-    changed = set(fit.effects)
     gusts = gust_keys(problem, choice)
     return Flown(
-        diagnosis, with_settings(vehicle, fit.settings, changed, gusts), problem, choice, before, after, noise, state,
+        diagnosis, with_settings(vehicle, fit.settings, gusts), problem, choice, before, after, noise, state,
         tuple(learned), tuple(left),
     )  # fmt: skip
 

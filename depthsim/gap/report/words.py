@@ -9,7 +9,7 @@ from typing import Literal
 
 from depthsim.gap.depth.where.residual import place_in_words
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap
-from depthsim.sensor.effect import effect_class, effect_ids
+from depthsim.sensor.effect import effect_class, effect_ids, parameters_of
 
 Tone = Literal["good", "fair", "bad"]
 STUB = "new_effect.py"
@@ -107,13 +107,10 @@ def about(effect: str) -> str:
 
 def parameters(cause: Cause) -> list[Parameter]:
     """The parameters of a cause, those that were fitted first; of a table by material only what was fitted."""
-    fields = effect_class(cause.effect).model_fields if cause.effect in effect_ids() else {}
+    declared = parameters_of(effect_class(cause.effect)) if cause.effect in effect_ids() else {}
     found = []
     for name, value in cause.parameters.items():
-        field = fields.get(name)
-        extra = field.json_schema_extra if field is not None else None
-        unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-        words = (field.description or "") if field is not None else ""
+        unit, words = (declared[name].unit, declared[name].about) if name in declared else ("", "")
         parts = value if isinstance(value, Mapping) else {"": value}
         for tag, number in parts.items():
             label = f"{name}.{tag}" if tag else name

@@ -66,12 +66,30 @@ class AmbientLight(Effect):
     stage: ClassVar[Stage] = Stage.NOISE
     rank: ClassVar[int] = 2  # after the other noises of the disparity, as the holes have them drawn
     source: ClassVar[str] = "form assumed: the light that a matt surface catches of the sun"
+    axes = ("surface", "height", "material")
+    kinds = ("spread", "missing")
+    recording = "the same view with and without sun"
+    forms = ({"gain": 0.0}, {"noise": 0.0})
 
     noise: float = parameter(
-        0.1, low=0, high=2, unit="px", neutral=0, about="std of the disparity in full sun", source="assumed"
+        0.1,
+        low=0,
+        high=2,
+        unit="px",
+        neutral=0,
+        about="std of the disparity in full sun",
+        source="assumed",
+        starts=(0.1,),
     )
     holes: float = parameter(
-        0.2, low=0, high=1, unit="share", neutral=0, about="share lost in full sun", source="assumed"
+        0.2,
+        low=0,
+        high=1,
+        unit="share",
+        neutral=0,
+        about="share lost in full sun",
+        source="assumed",
+        starts=(0.1,),
     )
     gain: float = parameter(
         0.0,
@@ -81,12 +99,27 @@ class AmbientLight(Effect):
         neutral=0,
         about="growth of the std of all other noise in full sun",
         source="none: a noise of its own stands for it",
+        starts=(1.0,),
     )
     azimuth: float = parameter(
-        30.0, low=-180, high=180, unit="deg", about="of the sun, from the world's x towards its y", source="assumed"
+        30.0,
+        low=-180,
+        high=180,
+        unit="deg",
+        about="of the sun, from the world's x towards its y",
+        source="assumed",
+        starts=(-135, -45, 45, 135),
+        drawn_as="light.azimuth",
     )
     elevation: float = parameter(
-        45.0, low=-90, high=90, unit="deg", about="of the sun, over the world's horizon", source="assumed"
+        45.0,
+        low=-90,
+        high=90,
+        unit="deg",
+        about="of the sun, over the world's horizon",
+        source="assumed",
+        starts=(20, 60),
+        drawn_as="light.elevation",
     )
 
     @property

@@ -38,6 +38,10 @@ class BaselineScale(Effect):
     id: ClassVar[str] = "baseline_scale"
     stage: ClassVar[Stage] = Stage.DISPARITY
     source: ClassVar[str] = "Z = f·b / d"
+    axes = ("range",)
+    kinds = ("bias",)
+    recording = "one flat target at several known ranges, from near to far"
+    shown: ClassVar = {"scale": 0.98}
 
     scale: float = parameter(
         0.98,
@@ -47,6 +51,7 @@ class BaselineScale(Effect):
         neutral=1,
         about="measured depth over true depth",
         source="M. Calvert 2018, 'Improving the depth map accuracy of RealSense cameras': 980.7 mm at 1 m, D435",
+        starts=(1.0, 0.95, 1.05),
     )
 
     def apply(self, frame: Frame) -> None:
@@ -60,6 +65,9 @@ class ThermalDrift(Effect):
     id: ClassVar[str] = "thermal_drift"
     stage: ClassVar[Stage] = Stage.DISPARITY
     source: ClassVar[str] = "librealsense issues 8434 (D455, D415) and 684 (SR300); the exponential is assumed"
+    axes = ("time", "range")
+    kinds = ("bias",)
+    recording = "one unchanged view from a cold start until the depth no longer moves"
 
     drift: float = parameter(
         -0.007,
@@ -69,6 +77,7 @@ class ThermalDrift(Effect):
         neutral=0,
         about="relative change of depth when the camera is warm",
         source="librealsense issue 8434: 1688 mm in place of 1700 mm on a D455 at 35 °C",
+        starts=(-0.01, 0.01),
     )
     time_constant: float = parameter(
         600,
@@ -77,6 +86,7 @@ class ThermalDrift(Effect):
         unit="s",
         about="time after which 63 % of the drift is there",
         source="assumed; an SR300 drifted for about 30 minutes (librealsense issue 684)",
+        starts=lambda seen: (0.3 * seen.span, 3.0 * seen.span),
     )
 
     def apply(self, frame: Frame) -> None:
@@ -92,6 +102,9 @@ class DisparityOffset(Effect):
     stage: ClassVar[Stage] = Stage.DISPARITY
     rank: ClassVar[int] = 1
     source: ClassVar[str] = "Z = f·b / (d + offset)"
+    axes = ("range",)
+    kinds = ("bias",)
+    recording = "one flat target at several known ranges, from near to far"
 
     offset: float = parameter(
         0.1,
@@ -101,6 +114,7 @@ class DisparityOffset(Effect):
         neutral=0,
         about="measured disparity minus true disparity",
         source="assumed; what on-chip calibration finds moves with temperature (librealsense issue 13787)",
+        starts=(0.0, -0.3, 0.3),
     )
 
     def apply(self, frame: Frame) -> None:

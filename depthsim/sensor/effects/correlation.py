@@ -16,12 +16,30 @@ class SpatialCorrelation(Effect):
     stage: ClassVar[Stage] = Stage.NOISE
     rank: ClassVar[int] = -1  # before what draws noise
     source: ClassVar[str] = "bell-shaped as measured on real D435 frames: 0.95, 0.79, 0.46, 0.19 at 1, 4, 8, 12 px in x"
+    axes = ("pixel_neighbours",)
+    kinds = ("correlation",)
+    recording = "a flat frontal wall, without filters in the camera"
+    seen_on = ("disparity_noise",)
 
     x: float = parameter(
-        8, low=0, high=32, unit="px", neutral=0, about="lag along a row with correlation 1/2", source=_MEASURED
+        8,
+        low=0,
+        high=32,
+        unit="px",
+        neutral=0,
+        about="lag along a row with correlation 1/2",
+        source=_MEASURED,
+        starts=(0.7, 2, 6),
     )
     y: float = parameter(
-        5, low=0, high=32, unit="px", neutral=0, about="lag along a column with correlation 1/2", source=_MEASURED
+        5,
+        low=0,
+        high=32,
+        unit="px",
+        neutral=0,
+        about="lag along a column with correlation 1/2",
+        source=_MEASURED,
+        starts=(0.7, 2, 6),
     )
 
     @property
@@ -41,6 +59,11 @@ class TemporalCorrelation(Effect):
     stage: ClassVar[Stage] = Stage.NOISE
     rank: ClassVar[int] = -1
     source: ClassVar[str] = "an AR(1) process by frames"
+    axes = ("frame_neighbours",)
+    kinds = ("correlation",)
+    recording = "a camera that stands still, at the full frame rate"
+    shown: ClassVar = {"correlation": 0.9}
+    seen_on = ("disparity_noise",)
 
     correlation: float = parameter(
         0.2,
@@ -50,6 +73,7 @@ class TemporalCorrelation(Effect):
         neutral=0,
         about="correlation with the frame before",
         source="0.1 to 0.5, median 0.2, in the D435 frames of aims-slam: 10 Hz, moving, detrended over 25 px",
+        starts=(0.2, 0.6),
     )
 
     def apply(self, frame: Frame) -> None:

@@ -10,6 +10,7 @@ from depthsim.sensor.draws import BLOCK
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.holes import lose
+from depthsim.sensor.parameter import by_material
 
 _f = np.float32
 _ZERO, _ONE = _f(0), _f(1)
@@ -66,12 +67,29 @@ class IncidenceDropout(Effect):
     id: ClassVar[str] = "incidence_dropout"
     stage: ClassVar[Stage] = Stage.MISSING
     source: ClassVar[str] = "form assumed: linear in the cosine, as the light is that a matt surface catches"
+    axes = ("incidence", "surface")
+    kinds = ("missing",)
+    recording = "one wall at one range under many angles"
 
     start: float = parameter(
-        70.0, low=0, high=90, unit="deg", neutral=90, about="angle from which on returns are lost", source="assumed"
+        70.0,
+        low=0,
+        high=90,
+        unit="deg",
+        neutral=90,
+        about="angle from which on returns are lost",
+        source="assumed",
+        starts=(30, 55, 75),
     )
     rate: float = parameter(
-        1.0, low=0, high=1, unit="share", neutral=0, about="share lost where the ray grazes, at 90°", source="assumed"
+        1.0,
+        low=0,
+        high=1,
+        unit="share",
+        neutral=0,
+        about="share lost where the ray grazes, at 90°",
+        source="assumed",
+        starts=(0.5,),
     )
 
     def apply(self, frame: Frame) -> None:
@@ -90,12 +108,29 @@ class RangeDropout(Effect):
     id: ClassVar[str] = "range_dropout"
     stage: ClassVar[Stage] = Stage.MISSING
     source: ClassVar[str] = "form assumed: linear; the projector's light falls off with the square of the range"
+    axes = ("range",)
+    kinds = ("missing",)
+    recording = "one material out to ranges where returns are lost"
 
     start: float = parameter(
-        3.0, low=0, high=30, unit="m", about="range up to which none is lost", source="D435 product page: ideal to 3 m"
+        3.0,
+        low=0,
+        high=30,
+        unit="m",
+        about="range up to which none is lost",
+        source="D435 product page: ideal to 3 m",
+        starts=lambda seen: seen.depths(0.06, 0.5),
+        scale="range",
     )
     rate: float = parameter(
-        0.05, low=0, high=2, unit="1/m", neutral=0, about="share lost per metre beyond", source="assumed"
+        0.05,
+        low=0,
+        high=2,
+        unit="1/m",
+        neutral=0,
+        about="share lost per metre beyond",
+        source="assumed",
+        starts=(0.05,),
     )
 
     def apply(self, frame: Frame) -> None:
@@ -117,6 +152,10 @@ class MaterialDropout(Effect):
     id: ClassVar[str] = "material_dropout"
     stage: ClassVar[Stage] = Stage.MISSING
     source: ClassVar[str] = "form assumed: what scatters little of the projector's light shows no pattern to match"
+    axes = ("material", "surface")
+    kinds = ("missing",)
+    recording = "the same range and angle on several materials"
+    forms = ({"rate": 0.0},)  # by tag alone: materials.yaml's reflectances are known
 
     rate: float = parameter(
         0.8,
@@ -126,14 +165,23 @@ class MaterialDropout(Effect):
         neutral=0,
         about="share lost on a material that scatters nothing",
         source="assumed",
+        frozen=True,
     )
     dark: float = parameter(
-        0.1, low=1e-3, high=1, unit="1", about="infrared reflectance from which on none is lost", source="assumed"
+        0.1,
+        low=1e-3,
+        high=1,
+        unit="1",
+        about="infrared reflectance from which on none is lost",
+        source="assumed",
+        frozen=True,
     )
-    rates: dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]] = Field(
-        default_factory=dict,
-        description="share lost on some tags, in place of what their reflectance gives",
-        json_schema_extra={"unit": "share", "source": "none by default"},
+    rates: dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]] = by_material(
+        about="share lost on some tags, in place of what their reflectance gives",
+        unit="share",
+        source="none by default",
+        step=0.02,
+        starts=(0.02,),
     )
 
     @property
@@ -165,12 +213,29 @@ class SpecularDropout(Effect):
     id: ClassVar[str] = "specular_dropout"
     stage: ClassVar[Stage] = Stage.MISSING
     source: ClassVar[str] = "form assumed: a lobe about the mirror direction, where the imager saturates"
+    axes = ("incidence", "material", "surface")
+    kinds = ("missing",)
+    recording = "a glossy surface seen straight on and at a slant"
 
     rate: float = parameter(
-        1.0, low=0, high=1, unit="share", neutral=0, about="share lost in the middle of a mirror", source="assumed"
+        1.0,
+        low=0,
+        high=1,
+        unit="share",
+        neutral=0,
+        about="share lost in the middle of a mirror",
+        source="assumed",
+        starts=(0.6,),
     )
     width: float = parameter(
-        15.0, low=0, high=90, unit="deg", neutral=0, about="angle of incidence where it ends", source="assumed"
+        15.0,
+        low=0,
+        high=90,
+        unit="deg",
+        neutral=0,
+        about="angle of incidence where it ends",
+        source="assumed",
+        starts=(10, 30),
     )
     matt: float = parameter(
         0.05,
@@ -179,6 +244,7 @@ class SpecularDropout(Effect):
         unit="1",
         about="gloss up to which none is lost",
         source="materials.yaml: 0.05 is nearly matt",
+        frozen=True,
     )
 
     def apply(self, frame: Frame) -> None:

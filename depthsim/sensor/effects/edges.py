@@ -89,12 +89,28 @@ class EdgeFattening(Effect):
     id: ClassVar[str] = "edge_fattening"
     stage: ClassVar[Stage] = Stage.MIXING
     source: ClassVar[str] = "Scharstein and Szeliski 2002, section 3.2, on windows over depth discontinuities"
+    axes = ("edge_distance",)
+    kinds = ("bias", "tail")
+    recording = "a sharp straight edge before a far background"
 
     radius: float = parameter(
-        1.5, low=0, high=8, unit="px", neutral=0, about="how far it grows", source="assumed; half a 7 px window is 3 px"
+        1.5,
+        low=0,
+        high=8,
+        unit="px",
+        neutral=0,
+        about="how far it grows",
+        source="assumed; half a 7 px window is 3 px",
+        starts=(0.5, 2.0),
     )
     step: float = parameter(
-        1.0, low=0.1, high=20, unit="px", about="least step of the disparity that makes an edge", source="assumed"
+        1.0,
+        low=0.1,
+        high=20,
+        unit="px",
+        about="least step of the disparity that makes an edge",
+        source="assumed",
+        starts=(0.4,),
     )
 
     def apply(self, frame: Frame) -> None:
@@ -154,13 +170,32 @@ class FlyingPixels(Effect):
     stage: ClassVar[Stage] = Stage.MIXING
     rank: ClassVar[int] = 1
     source: ClassVar[str] = "640x480 frames of a D435; form assumed"
+    axes = ("edge_distance", "residual_tail")
+    kinds = ("tail", "spread")
+    recording = "a thin object before a far background"
+    shown: ClassVar = {"rate": 0.5}
 
     rate: float = parameter(
-        0.024, low=0, high=1, unit="share", neutral=0, about="share of the pixels near edges", source="2.4 % measured"
+        0.024,
+        low=0,
+        high=1,
+        unit="share",
+        neutral=0,
+        about="share of the pixels near edges",
+        source="2.4 % measured",
+        starts=(0.1,),
     )
-    reach: int = parameter(2, low=1, high=8, unit="px", about="how far from the edge", source="assumed")
+    reach: int = parameter(
+        2, low=1, high=8, unit="px", about="how far from the edge", source="assumed", starts=(1, 2, 3)
+    )
     step: float = parameter(
-        1.0, low=0.1, high=20, unit="px", about="least step of the disparity that makes an edge", source="assumed"
+        1.0,
+        low=0.1,
+        high=20,
+        unit="px",
+        about="least step of the disparity that makes an edge",
+        source="assumed",
+        starts=(0.3, 1.0),
     )
 
     def apply(self, frame: Frame) -> None:

@@ -15,6 +15,10 @@ class TimeOffset(Effect):
     id: ClassVar[str] = "time_offset"
     stage: ClassVar[Stage] = Stage.POSE
     source: ClassVar[str] = "librealsense issue 11873: stamps that are off by a share of the exposure"
+    axes = ("motion", "time", "surface", "edge_distance")
+    kinds = ("bias", "spread", "tail")
+    recording = "fast turns in several directions, with stops between them"
+    shown: ClassVar = {"offset": 0.05}
 
     offset: float = parameter(
         0.0075,
@@ -24,6 +28,7 @@ class TimeOffset(Effect):
         neutral=0,
         about="time of the picture minus its stamp",
         source="librealsense issue 11873: 7.5 ms at 20 ms of exposure on a D455",
+        starts=(0.0, -0.03, 0.03),
     )
 
     def bend(self, view: View) -> None:
@@ -35,7 +40,7 @@ class TimeOffset(Effect):
 def _angle(axis: str, name: str) -> float:
     about = f"{name}: rotation about the camera's {axis} axis, a part of the rotation vector"
     angle: float = parameter(
-        0.5, low=-45, high=45, unit="deg", neutral=0, about=about, source="assumed: a mount made by hand"
+        0.5, low=-45, high=45, unit="deg", neutral=0, about=about, source="assumed: a mount made by hand", starts=(0.0,)
     )
     return angle
 
@@ -47,6 +52,10 @@ class ExtrinsicRotation(Effect):
     stage: ClassVar[Stage] = Stage.POSE
     rank: ClassVar[int] = 2
     source: ClassVar[str] = "Rodrigues' formula; the size is assumed"
+    axes = ("image_position", "image_row", "image_column", "incidence", "surface", "height", "edge_distance")
+    kinds = ("bias", "spread", "tail")
+    recording = "a camera that stands still before a wall and before a corner"
+    shown: ClassVar = {"z": 2.0}
 
     x: float = _angle("x", "pitch")
     y: float = _angle("y", "yaw")

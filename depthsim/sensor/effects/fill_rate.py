@@ -28,6 +28,9 @@ class FillRate(Effect):
     source: ClassVar[str] = (
         "section 2 of 'High-Fidelity Drone Simulation with Depth Camera Noise and Improved Air Drag Force Models'"
     )
+    axes = ()
+    kinds = ("missing",)
+    recording = "a frontal, matt, textured wall at a middle range"
 
     rate: float = parameter(
         0.01, low=0, high=1, unit="share", neutral=0, about="share of pixels set to 0", source="1 % in the paper"

@@ -71,16 +71,33 @@ class SpatialFilter(Effect):
     id: ClassVar[str] = "spatial_filter"
     stage: ClassVar[Stage] = Stage.PROCESSING
     source: ClassVar[str] = "librealsense, src/proc/spatial-filter: Gastal and Oliveira 2011, recursive"
+    axes = ("pixel_neighbours", "edge_distance")
+    kinds = ("correlation", "spread")
+    recording = "a sharp depth edge before a far background, with the camera's filters off and on"
 
     alpha: float = parameter(
-        0.5, low=0.05, high=1, unit="1", neutral=1, about="weight of the pixel itself", source="librealsense's default"
+        0.5,
+        low=0.05,
+        high=1,
+        unit="1",
+        neutral=1,
+        about="weight of the pixel itself",
+        source="librealsense's default",
+        starts=(0.5, 0.85),
     )
     delta: float = parameter(
         20 / 32, low=0, high=16, unit="px", neutral=0, about="step of the disparity that counts as an edge",
         source="librealsense's default, 20 steps of 1/32 px",
-    )  # fmt: skip
+    starts=(0.2, 1.0),)  # fmt: skip
     iterations: int = parameter(
-        2, low=0, high=5, unit="1", neutral=0, about="how often", source="librealsense's default"
+        2,
+        low=0,
+        high=5,
+        unit="1",
+        neutral=0,
+        about="how often",
+        source="librealsense's default",
+        frozen=True,
     )
 
     def apply(self, frame: Frame) -> None:

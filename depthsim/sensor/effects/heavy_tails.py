@@ -40,6 +40,11 @@ class HeavyTails(Effect):
     stage: ClassVar[Stage] = Stage.NOISE
     rank: ClassVar[int] = 9  # in place of the noisy disparity
     source: ClassVar[str] = "a false match may lie anywhere in the matcher's search range"
+    axes = ("residual_tail",)
+    kinds = ("tail", "spread")
+    recording = "a flat wall away from any depth edge"
+    forms = ({"spread": 0.0}, {})
+    shown: ClassVar = {"share": 0.02}
 
     share: float = parameter(
         0.003,
@@ -58,6 +63,7 @@ class HeavyTails(Effect):
         unit="px",
         about="largest disparity that the matcher looks for",
         source="126 px: the nearest range of a D435 at 848x480 is f·b / 126 px",
+        frozen=True,
     )
 
     spread: float = parameter(
@@ -67,6 +73,8 @@ class HeavyTails(Effect):
         unit="px",
         about="how far false disparities lie from the right one; 0: anywhere in the search range",
         source="none: a false match may lie anywhere",
+        starts=(0.3, 3.0),
+        scale="log",
     )
 
     def apply(self, frame: Frame) -> None:

@@ -27,6 +27,9 @@ class LensDistortion(Effect):
     id: ClassVar[str] = "lens_distortion"
     stage: ClassVar[Stage] = Stage.OPTICS
     source: ClassVar[str] = "D. C. Brown, 'Decentering distortion of lenses', 1966: the radial part"
+    axes = ("image_radius", "image_position", "image_row", "image_column", "edge_distance")
+    kinds = ("bias", "spread", "tail")
+    recording = "a flat wall that fills the picture to its corners"
 
     k1: float = parameter(
         0.002,
@@ -36,6 +39,7 @@ class LensDistortion(Effect):
         neutral=0,
         about="what the calibration left of the term in r³",
         source="assumed: 1 px at the corner of a D435",
+        starts=(0.0, -0.03, 0.03),
     )
     k2: float = parameter(
         0.0,
@@ -45,6 +49,7 @@ class LensDistortion(Effect):
         neutral=0,
         about="what the calibration left of the term in r⁵",
         source="assumed: k1 alone",
+        frozen=True,
     )
 
     @property
@@ -77,6 +82,9 @@ class LateralNoise(Effect):
     stage: ClassVar[Stage] = Stage.OPTICS
     rank: ClassVar[int] = 1
     source: ClassVar[str] = "C. V. Nguyen, S. Izadi, D. Lovell, 'Modeling Kinect Sensor Noise', 3DIMPVT 2012"
+    axes = ("edge_distance", "incidence")
+    kinds = ("spread", "tail")
+    recording = "sharp depth edges, and slanted surfaces beside frontal ones"
 
     sigma: float = parameter(
         0.8,

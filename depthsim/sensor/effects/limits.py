@@ -19,7 +19,7 @@ def _keep_between(start, stop, least, most, depth):
         z[i] = z[i] if (z[i] >= least) & (z[i] <= most) else _ZERO
 
 
-def _softness() -> float:
+def _softness(start: float) -> float:
     """How gradual a limit is."""
     softness: float = parameter(
         0.0,
@@ -28,6 +28,8 @@ def _softness() -> float:
         unit="m",
         about="scale of a logistic limit, drawn for each pixel; 0: a sharp one",
         source="none: the data sheet has a sharp one",
+        starts=(start,),
+        scale="log",
     )
     return softness
 
@@ -62,11 +64,24 @@ class MinRange(Effect):
     stage: ClassVar[Stage] = Stage.MISSING
     rank: ClassVar[int] = 1
     source: ClassVar[str] = "RealSense D400 series datasheet, document 337029, table Minimum-Z Depth"
+    axes = ("range",)
+    kinds = ("missing",)
+    recording = "one material in to ranges where returns are lost"
+    forms = ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0})
+    shown: ClassVar = {"depth": 1.5}
 
     depth: float = parameter(
-        0.195, low=0, high=5, unit="m", neutral=0, about="least depth", source="the datasheet's D435 at 848x480"
+        0.195,
+        low=0,
+        high=5,
+        unit="m",
+        neutral=0,
+        about="least depth",
+        source="the datasheet's D435 at 848x480",
+        starts=lambda seen: seen.depths(0.02, 0.06, 0.3),
+        scale="range",
     )
-    softness: float = _softness()
+    softness: float = _softness(0.03)
     error: float = _error()
 
     def apply(self, frame: Frame) -> None:
@@ -84,11 +99,24 @@ class MaxRange(Effect):
     stage: ClassVar[Stage] = Stage.MISSING
     rank: ClassVar[int] = 1
     source: ClassVar[str] = "product brief of the D400 series: maximum range approximately 10 m"
+    axes = ("range",)
+    kinds = ("missing",)
+    recording = "one material out to ranges where returns are lost"
+    forms = ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0})
+    shown: ClassVar = {"depth": 3.5}
 
     depth: float = parameter(
-        10.0, low=0.1, high=1000, unit="m", neutral=1000, about="greatest depth", source="that product brief"
+        10.0,
+        low=0.1,
+        high=1000,
+        unit="m",
+        neutral=1000,
+        about="greatest depth",
+        source="that product brief",
+        starts=lambda seen: seen.depths(0.5, 0.85, 0.95, 0.985, 0.996),
+        scale="range",
     )
-    softness: float = _softness()
+    softness: float = _softness(0.1)
     error: float = _error()
 
     def apply(self, frame: Frame) -> None:

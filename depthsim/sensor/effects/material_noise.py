@@ -11,6 +11,7 @@ from depthsim.sensor.draws import BLOCK, normal_block
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.noise_field import Correlation
+from depthsim.sensor.parameter import by_material
 
 _f = np.float32
 _LOG2_E, _LN_2 = _f(1.4426950408889634), _f(0.6931471805599453)
@@ -66,6 +67,10 @@ class MaterialNoise(Effect):
     source: ClassVar[str] = (
         "section 2 of 'High-Fidelity Drone Simulation with Depth Camera Noise and Improved Air Drag Force Models'"
     )
+    axes = ("material", "range")
+    kinds = ("spread",)
+    recording = "several materials, each at several ranges"
+    law = "the basic noise"
 
     floor: float = parameter(
         0.005,
@@ -75,11 +80,14 @@ class MaterialNoise(Effect):
         neutral=0,
         about="standard deviation at zero range",
         source="0.005 m in the paper's law",
+        frozen=True,
     )
-    m: dict[str, Annotated[FiniteFloat, Field(ge=0, le=20)]] = Field(
-        default_factory=dict,
-        description="m [1/m] of some tags, in place of materials.yaml's",
-        json_schema_extra={"unit": "1/m", "source": "materials.yaml"},
+    m: dict[str, Annotated[FiniteFloat, Field(ge=0, le=20)]] = by_material(
+        about="m [1/m] of some tags, in place of materials.yaml's",
+        unit="1/m",
+        source="materials.yaml",
+        step=0.02,
+        likely=3.0,
     )
 
     @property

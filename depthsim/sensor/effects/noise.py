@@ -73,7 +73,7 @@ def _gain_by_motion(start, stop, gain_turning, gain_moving, clean, factor):
         f[i] *= _f(1) + gain_turning + gain_moving / max(z[i], _NEAREST)
 
 
-def _gain(unit: str, where: str) -> float:
+def _gain(unit: str, where: str, starts: tuple[float, ...]) -> float:
     """The second way to grow: in proportion to the noise that is there."""
     gain: float = parameter(
         0.0,
@@ -83,6 +83,7 @@ def _gain(unit: str, where: str) -> float:
         neutral=0,
         about=f"growth of the std of all other noise {where}",
         source="none: the D435 frames of aims-slam are told by a noise of its own",
+        starts=starts,
     )
     return gain
 
@@ -97,6 +98,10 @@ class DisparityNoise(Effect):
         "L. Keselman et al., 'Intel RealSense Stereoscopic Depth Cameras', CVPRW 2017, section 2.1: the error in "
         "disparity is usually constant for a stereo system"
     )
+    axes = ("range", "material")
+    kinds = ("spread",)
+    recording = "one material at many ranges"
+    law = "the basic noise"
 
     sigma: float = parameter(
         0.05,
@@ -126,6 +131,10 @@ class IncidenceNoise(Effect):
         "C. V. Nguyen, S. Izadi, D. Lovell, 'Modeling Kinect Sensor Noise', 3DIMPVT 2012, for the growth; the "
         "tangent from D435 frames of aims-slam, where range grows with it"
     )
+    axes = ("incidence", "surface")
+    kinds = ("spread",)
+    recording = "one wall at one range under many angles"
+    forms = ({"gain": 0.0}, {"sigma": 0.0})
 
     sigma: float = parameter(
         0.018,
@@ -137,7 +146,7 @@ class IncidenceNoise(Effect):
         source="in all 0.050 px at 40 to 60°, 0.089 at 70 to 80°, 0.136 beyond, on a floor (aims-slam, D435)",
     )
 
-    gain: float = _gain("1", "at 45°")
+    gain: float = _gain("1", "at 45°", (0.2, 1.0))
 
     @property
     def is_neutral(self) -> bool:
@@ -163,6 +172,10 @@ class VignettingNoise(Effect):
     stage: ClassVar[Stage] = Stage.NOISE
     rank: ClassVar[int] = 1
     source: ClassVar[str] = "the cos⁴ law of natural vignetting, and shot noise"
+    axes = ("image_radius", "image_position", "image_row", "image_column")
+    kinds = ("spread",)
+    recording = "a flat frontal wall that fills the picture"
+    forms = ({"gain": 0.0}, {"corner": 0.0})
 
     corner: float = parameter(
         0.05,
@@ -174,7 +187,7 @@ class VignettingNoise(Effect):
         source="assumed: as much as disparity_noise",
     )
 
-    gain: float = _gain("1", "in the farthest corner")
+    gain: float = _gain("1", "in the farthest corner", (0.5, 2.0))
 
     @property
     def is_neutral(self) -> bool:
@@ -203,6 +216,10 @@ class MotionNoise(Effect):
         "Intel white paper 'High-speed capture mode of Intel RealSense Depth Camera D435', for the fact; the law is "
         "that of image speed, f·(ω + v/Z) at most"
     )
+    axes = ("motion", "time")
+    kinds = ("spread",)
+    recording = "the same view at rest and in fast motion"
+    forms = ({"gain": 0.0}, {"sigma": 0.0})
 
     sigma: float = parameter(
         0.05,
@@ -214,7 +231,7 @@ class MotionNoise(Effect):
         source="assumed: 1.4 % of the blur at 1 rad/s (3.6 px at f = 425 px and an exposure of 8.5 ms)",
     )
 
-    gain: float = _gain("s/rad", "at 1 rad/s")
+    gain: float = _gain("s/rad", "at 1 rad/s", (0.2, 2.0))
 
     @property
     def is_neutral(self) -> bool:

@@ -18,6 +18,9 @@ class RollingShutter(Effect):
         "Intel white paper 'High-speed capture mode of Intel RealSense Depth Camera D435': the D415 has rolling "
         "shutters, the D435 global ones"
     )
+    axes = ("motion", "image_row", "time", "edge_distance")
+    kinds = ("bias", "spread", "tail")
+    recording = "fast turns, which bend straight edges between the first row and the last"
 
     readout: float = parameter(
         0.011,
@@ -27,6 +30,7 @@ class RollingShutter(Effect):
         neutral=0,
         about="time from the first row to the last",
         source="assumed: all rows within a frame at 90 Hz, the highest rate at 848x480",
+        starts=(0.004, 0.03),
     )
 
     def bend(self, view: View) -> None:

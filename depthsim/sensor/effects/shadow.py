@@ -69,6 +69,9 @@ class StereoShadow(Effect):
     stage: ClassVar[Stage] = Stage.MISSING
     needs_right: ClassVar[bool] = True
     source: ClassVar[str] = f"geometry of two imagers; margins and their law measured on {_MEASURED}"
+    axes = ("edge_distance", "pixel_neighbours")
+    kinds = ("missing",)
+    recording = "a near object before a far background"
 
     share: float = parameter(
         0.998,
@@ -78,6 +81,7 @@ class StereoShadow(Effect):
         neutral=0,
         about="share of the shadows that stay empty",
         source=f"{_MEASURED}: 0.2 % of the jumps to something nearer have no hole",
+        starts=(0.9,),
     )
     left: float = parameter(
         1.6,
@@ -86,6 +90,7 @@ class StereoShadow(Effect):
         unit="px",
         about="median of what the shadow is wider than the step",
         source=f"{_MEASURED}: quartiles 0.8, 1.7, 4.2",
+        starts=(1.0,),
     )
     right: float = parameter(
         3.0,
@@ -94,9 +99,16 @@ class StereoShadow(Effect):
         unit="px",
         about="median width of the holes on an object's right",
         source=f"{_MEASURED}: quartiles 2, 3, 6; 3.5 % have none",
+        starts=(0.5,),
     )
     step: float = parameter(
-        1.0, low=0.1, high=20, unit="px", about="least step of the disparity that makes an edge", source="assumed"
+        1.0,
+        low=0.1,
+        high=20,
+        unit="px",
+        about="least step of the disparity that makes an edge",
+        source="assumed",
+        starts=(0.4,),
     )
 
     def apply(self, frame: Frame) -> None:
@@ -129,6 +141,9 @@ class InvalidBand(Effect):
     id: ClassVar[str] = "invalid_band"
     stage: ClassVar[Stage] = Stage.MISSING
     source: ClassVar[str] = f"geometry of two imagers; margin measured on {_MEASURED}"
+    axes = ("image_column", "image_position")
+    kinds = ("missing",)
+    recording = "a near wall that fills the left border of the picture"
 
     slope: float = parameter(
         1.0,
@@ -138,6 +153,7 @@ class InvalidBand(Effect):
         neutral=0,
         about="band's width per disparity",
         source="geometry; 1.01 measured",
+        frozen=True,
     )
     margin: float = parameter(
         7.0,
@@ -147,6 +163,7 @@ class InvalidBand(Effect):
         neutral=0,
         about="band's width besides",
         source=f"{_MEASURED}: bands are 7.5 px wider than the disparity, half a pixel of it from rounding up",
+        starts=(0.5, 4.0, 12.0),
     )
 
     @property

@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from depthsim.kernels import inlined, kernel
-from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.effect import Effect, Setting, Stage, parameter
 from depthsim.sensor.frame import Frame
 
 _f = np.float32
@@ -51,6 +51,9 @@ class SubpixelBias(Effect):
         "A. Grunnet-Jepsen et al., Intel white paper 'Subpixel Linearity Improvement for Intel RealSense Depth Camera "
         "D400 Series'; one sine in place of its measured curves"
     )
+    axes = ("disparity_phase", "range")
+    kinds = ("bias", "spread")
+    recording = "a wall that is left slowly, so that the disparity passes through many whole pixels"
 
     amplitude: float = parameter(
         0.01,
@@ -60,6 +63,7 @@ class SubpixelBias(Effect):
         neutral=0,
         about="largest bias",
         source="first Fourier term over the fraction of the disparity in the D435 frames of aims-slam",
+        starts=(0.03,),
     )
     phase: float = parameter(
         0.0,
@@ -68,6 +72,7 @@ class SubpixelBias(Effect):
         unit="px",
         about="fraction that disparities are drawn to",
         source="assumed: whole pixels; an offset of the disparity moves it",
+        starts=(-0.25, 0, 0.25, 0.5),
     )
 
     def apply(self, frame: Frame) -> None:
@@ -88,6 +93,10 @@ class DisparityQuantization(Effect):
     source: ClassVar[str] = (
         "Intel white paper 'Subpixel Linearity Improvement for Intel RealSense Depth Camera D400 Series': 1/32 px"
     )
+    axes = ("disparity_phase", "range", "pixel_neighbours", "residual_tail")
+    kinds = ("spread", "bias", "correlation", "tail")
+    recording = "a slanted wall far away, where one step of the disparity is wide"
+    forms = ({"origin": 0.0, "down": 0.0}, {"down": 0.0}, {"origin": 0.0})
 
     step: float = parameter(
         1 / 32,
@@ -98,13 +107,31 @@ class DisparityQuantization(Effect):
         about="smallest difference of two disparities",
         source="exactly 1/32 px in the D435 frames of aims-slam; five fractional bits in librealsense, "
         "src/proc/disparity-transform.h",
+        starts=(0.03, 0.12, 0.5),
     )
     origin: float = parameter(
-        0.0, low=-0.5, high=0.5, unit="step", about="where the steps begin", source="0 in the same frames"
+        0.0,
+        low=-0.5,
+        high=0.5,
+        unit="step",
+        about="where the steps begin",
+        source="0 in the same frames",
+        starts=(-0.3, 0.3),
     )
     down: float = parameter(
-        0.0, low=-1, high=1, unit="1", about="0: to the nearest step, 1: to the one below, -1: above", source="the same"
+        0.0,
+        low=-1,
+        high=1,
+        unit="1",
+        about="0: to the nearest step, 1: to the one below, -1: above",
+        source="the same",
+        starts=(1.0,),
     )
+
+    @classmethod
+    def suggested(cls, setting: Setting) -> list[dict[str, float]]:
+        """The steps that the recording's disparities have, if they have any."""
+        return [{"step": setting.steps[0], "origin": setting.steps[1], "down": 1.0}] if setting.steps else []
 
     def apply(self, frame: Frame) -> None:
         """Round every disparity."""

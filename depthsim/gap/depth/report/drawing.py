@@ -14,12 +14,11 @@ from depthsim.gap.depth.report.where import ImageShare, MeshShare, image_shares,
 from depthsim.gap.report.drawing import Drawn
 from depthsim.gap.report.figures import FIXED, REAL, SIMULATED
 from depthsim.gap.report.words import Origin
-from depthsim.sensor.effect import Effect
+from depthsim.sensor.effect import Effect, effect_class
 
 _ROWS = 3
 _SEED = 31
 _TOGETHER = {"pixel_neighbours", "frame_neighbours"}
-_TOGETHER_EFFECTS = {"spatial_correlation", "temporal_correlation", "spatial_filter"}
 _STEPS = "first", "second", "third", "fourth", "fifth"
 
 
@@ -101,8 +100,8 @@ def _together(found: Findings) -> bool:
     """Whether it matters how errors go together."""
     d = found.diagnosis
     cuts = [*d.where, *(d.unexplained.where if d.unexplained else ())]
-    effects = {name for cause in d.causes for name in (cause.effect, *cause.indistinguishable_from)}
-    return any(cut.axis in _TOGETHER for cut in cuts) or bool(effects & _TOGETHER_EFFECTS)
+    effects = [effect_class(name) for cause in d.causes for name in (cause.effect, *cause.indistinguishable_from)]
+    return any(cut.axis in _TOGETHER for cut in cuts) or any(effect.kinds[0] == "correlation" for effect in effects)
 
 
 def _candidates(found: Findings) -> tuple[CandidateStep, ...]:

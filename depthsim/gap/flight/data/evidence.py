@@ -12,7 +12,7 @@ from depthsim.flight.table import Floats
 from depthsim.gap.flight.data.noise import noise_levels
 from depthsim.gap.flight.data.records import Records
 from depthsim.gap.flight.data.simulate import Model, Settings
-from depthsim.gap.flight.fit.candidate import Formula
+from depthsim.gap.flight.effect import Formula
 from depthsim.gap.resampling import contiguous
 
 _BLOCK = 2.5

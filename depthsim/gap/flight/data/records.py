@@ -6,9 +6,10 @@ second helps to tell a force, which both see, from an error of the accelerometer
 Both sides go through the same low-pass (``flight.fit.motion``) and are then thinned, since nothing is left above it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,8 @@ from depthsim.flight.table import Floats
 from depthsim.flight.vehicle import Vehicle
 from depthsim.gap.flight.data.columns import check_units, measured_columns
 
+Need = Literal["accelerometer", "thrust", "newtons", "rotors", "positions"]
+"""What an effect may need of a log; newtons: thrust that was not scaled to fit the flight; rotors: each one's."""
 ACCELEROMETER, VELOCITIES = "accelerometer", "velocities"
 _THINNED = 4
 """Samples kept for each period of the cutoff."""
@@ -90,7 +93,8 @@ class Records:
     """All stretches of all logs.
 
     files: the names of the logs. axes: of the body on which the gap is told. thrust_from: where the thrust is from.
-    rotor_by_rotor: whether the log has each rotor's. notes: what a reader must know of the logs.
+    rotor_by_rotor: whether the log has each rotor's. notes: what a reader must know of the logs. lacking: what they do
+    not have, in words and as effects need it.
     """
 
     parts: tuple[Record, ...]
@@ -100,7 +104,12 @@ class Records:
     thrust_from: str
     rotor_by_rotor: bool
     notes: tuple[str, ...]
+    lacking: tuple[tuple[str, frozenset[Need]], ...] = ()
     thrust_curve: tuple[str, float, tuple[float, ...]] | None = None
+
+    def lacks(self, needs: Iterable[Need]) -> bool:
+        """Whether the logs lack any of these."""
+        return any(not missing.isdisjoint(needs) for _, missing in self.lacking)
 
 
 def prepare(logs: Sequence[FlightLog], vehicle: Vehicle) -> Records:
@@ -131,7 +140,7 @@ def prepare(logs: Sequence[FlightLog], vehicle: Vehicle) -> Records:
     parts = tuple(
         _record(motion, file, spans[file], thrust) for motion, file, thrust in zip(motions, files, thrusts, strict=True)
     )
-    notes.extend(_told(logs, parts, thrust_from))
+    notes.extend(_told(logs))
     return Records(
         parts=parts,
         files=tuple(log.source for log in logs),
@@ -140,6 +149,7 @@ def prepare(logs: Sequence[FlightLog], vehicle: Vehicle) -> Records:
         thrust_from=thrust_from,
         rotor_by_rotor=thrust_from == "the log, rotor by rotor",
         notes=tuple(notes),
+        lacking=tuple(_lacking(logs, parts, thrust_from)),
         thrust_curve=mapped.curve(vehicle.mass) if mapped is not None else None,
     )
 
@@ -194,29 +204,26 @@ def _pieces(log: FlightLog) -> tuple[list[FlightLog], list[str]]:
     return [replace(piece, source=log.source) for piece in kept], [said]
 
 
-def _told(logs: Sequence[FlightLog], parts: Sequence[Record], thrust_from: str) -> list[str]:
+def _lacking(
+    logs: Sequence[FlightLog], parts: Sequence[Record], thrust_from: str
+) -> Iterator[tuple[str, frozenset[Need]]]:
+    if parts[0].channels[0] == VELOCITIES:
+        yield "no accelerometer (ax ay az): the specific force is from velocities", frozenset({"accelerometer"})
+    if thrust_from == "the accelerometer":
+        yield "no thrust: only the lateral force is diagnosed", frozenset({"thrust", "newtons", "rotors"})
+    elif thrust_from == "the thrust map":
+        text = "thrust from a map fitted to the motor inputs, with a scale for each flight"
+        yield text, frozenset({"newtons", "rotors"})
+    elif thrust_from == "the log, in all":
+        yield "the thrust of the single rotors is not in the log", frozenset({"rotors"})
+    if any(log.position is None for log in logs):
+        yield "no positions (px py pz): nothing is looked at along altitude and place", frozenset({"positions"})
+
+
+def _told(logs: Sequence[FlightLog]) -> list[str]:
     from pathlib import Path
 
     notes = []
-    if parts[0].channels[0] == VELOCITIES:
-        notes.append(
-            "no accelerometer (ax ay az): the specific force is from velocities, imu_bias and imu_misalignment "
-            "are left out"
-        )
-    if thrust_from == "the accelerometer":
-        notes.append(
-            "no thrust: only the lateral force is diagnosed; thrust_scale, thrust_lag, mass, ground_effect, "
-            "vertical_damping and rotor_thrust_difference are left out"
-        )
-    elif thrust_from == "the thrust map":
-        notes.append(
-            "thrust from a map fitted to the motor inputs, with a scale for each flight: thrust_scale and mass "
-            "are left out"
-        )
-    elif thrust_from == "the log, in all":
-        notes.append("the thrust of the single rotors is not in the log: rotor_thrust_difference is left out")
-    if any(log.position is None for log in logs):
-        notes.append("no positions (px py pz): ground_effect, altitude and place are left out")
     for log in logs:
         if log.derived:
             notes.append(f"{Path(log.source).name}: {', '.join(log.derived)}")

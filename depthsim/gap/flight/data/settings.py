@@ -76,15 +76,15 @@ def _slots(law: DragLaw, vehicle: Vehicle) -> list[tuple[str, tuple[float, float
     return [("difference" if isinstance(law, ThrustDifference) else "rotor", (x, y, z))]
 
 
-def with_settings(vehicle: Vehicle, s: Settings, changed: set[str], gusts: dict[str, Any] | None) -> Vehicle:
-    """The vehicle with the settings that effects have ``changed``; drag below zero, which no law has, becomes none."""
+def with_settings(vehicle: Vehicle, s: Settings, gusts: dict[str, Any] | None) -> Vehicle:
+    """The vehicle with the settings that effects have changed; drag below zero, which no law has, becomes none."""
     base = base_settings(vehicle, s.seconds)
     keys = vehicle.model_dump()
     keys["name"] = f"{vehicle.name}, diagnosed"
     if (s.laws, s.inflow) != (base.laws, base.inflow):
         laws = _laws(vehicle, base, s)
         keys["drag"], keys["more_drag"] = (laws or [{"law": "none"}])[0], laws[1:]
-    if "mass" in changed:
+    if s.mass != base.mass:
         keys["mass"] = _rounded(s.mass)
     if s.scales != base.scales:
         scales = [_rounded(scale) for scale in s.scales]

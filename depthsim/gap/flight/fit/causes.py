@@ -1,7 +1,6 @@
 """The causes of a gap with what each closes, and their parameters by name."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +8,8 @@ import numpy as np
 from depthsim.flight.table import Floats
 from depthsim.gap.diagnosis import Cause
 from depthsim.gap.flight.data.evidence import Problem
+from depthsim.gap.flight.effect import Formula
+from depthsim.gap.flight.effects.wind import GustingWind
 from depthsim.gap.flight.fit.advice import advice
 from depthsim.gap.flight.fit.optimize import Fit, refitted
 from depthsim.gap.flight.fit.select import Choice, without
@@ -109,22 +110,12 @@ def closed_share(before: float, after: float, floor: float) -> float:
     return float(np.clip((before - after) / max(before - floor, 1e-9), -1.0, 1.0))
 
 
-def _named(formula: Any, values: Sequence[float], problem: Problem) -> dict[str, Any]:
-    """Parameters by name; biases as a list for each log and each time that they are given at."""
-    if formula.effect == "imu_bias":
-        biases = np.reshape(values, (len(problem.records.files), -1, 3))
-        knots = biases.shape[1]
-        found = {}
-        for name, seconds, log in zip(problem.records.files, problem.base.seconds, biases, strict=True):
-            for at, bias in zip(np.linspace(0, seconds, knots), log, strict=True):
-                key = (
-                    "bias"
-                    + (f" at {at:.0f} s" if knots > 1 else "")
-                    + (f", {Path(name).name}" if len(biases) > 1 else "")
-                )
-                found[key] = [rounded(value) for value in bias]
-        return found
-    return {parameter.name: rounded(value) for parameter, value in zip(formula.parameters, values, strict=True)}
+def _named(formula: Formula, values: Sequence[float], problem: Problem) -> dict[str, Any]:
+    """Parameters by name, as the formula has them reported."""
+    if formula.named is None:
+        return {parameter.name: rounded(value) for parameter, value in zip(formula.parameters, values, strict=True)}
+    found = formula.named(values, problem.records, problem.base)
+    return {key: [rounded(one) for one in value] for key, value in found.items()}
 
 
 def gust_keys(problem: Problem, choice: Choice) -> dict[str, Any] | None:
@@ -158,12 +149,12 @@ def _gust_cause(problem: Problem, choice: Choice, closed: float, interval: tuple
     spreads = np.sqrt(np.array([block.var(axis=0).mean() for block in blocks]))
     half = float(2 * spreads.std(ddof=1) / np.sqrt(len(spreads)))
     return Cause(
-        effect="gusting_wind",
+        effect=GustingWind.id,
         parameters={"formula": "wind that changes in time", **keys},
         ci95={"intensity": (rounded(max(keys["intensity"] - half, 0.0)), rounded(keys["intensity"] + half))},
         closed_fraction=rounded(closed),
         ci95_closed=interval,
-        advice=advice("gusting_wind", ()),
+        advice=advice(GustingWind.id, ()),
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from depthsim.flight.constants import GRAVITY
 from depthsim.flight.table import Floats
+from depthsim.gap.flight.effect import family_of, flight_effect
 from depthsim.gap.flight.findings import Flown, learn_all
 from depthsim.gap.flight.fit.optimize import empty_fit, refitted
 from depthsim.gap.flight.fit.select import Choice, significant, without
@@ -14,14 +15,10 @@ from depthsim.gap.flight.where.correction import Learned
 _NEAREST = 0.015
 """Power that can still be learned over what a cause closes: above this it may be only the nearest name. Wrong names
 leave 0.02 to 0.1 and more in benchmarks/withheld_flight.py, right ones by another formula up to 0.01."""
-_ALONE = {"ground_effect": 0.05}
-"""The same for effects that no other of the bank could be taken for: what lies on height alone is the ground's."""
 _BESIDE = 0.3
 """The same beside a rest that is known to be there."""
 _ALSO = 0.8
 """A force lies on every axis on which so much of it is learned, relative to the best."""
-_CARRIERS = ("rotor_drag", "body_drag_quadratic", "vertical_damping")
-_SENSOR = ("imu_bias", "imu_misalignment")
 _LEVEL = 0.01
 """[rad] tilts below this are the attitude's own error."""
 _UPWARD = 0.03
@@ -47,7 +44,7 @@ def sound(flown: Flown, again: bool = False) -> tuple[int, ...]:
     fit = flown.choice.fit
     signals = [without(fit, index).held_out[:, 0] - fit.held_out[:, 0] for index in range(len(fit.formulas))]
     powers = [float((signal**2).sum()) for signal in signals]
-    limits = [_BESIDE if again else _ALONE.get(effect, _NEAREST) for effect in fit.effects]
+    limits = [_BESIDE if again else flight_effect(effect).most_left or _NEAREST for effect in fit.effects]
     rests = [_rest(flown, signal, limit) for signal, limit in zip(signals, limits, strict=True)]
     for index, (formula, values) in enumerate(zip(fit.formulas, fit.values, strict=True)):
         rests[index] = np.inf if formula.astray(values) else rests[index]
@@ -57,7 +54,7 @@ def sound(flown: Flown, again: bool = False) -> tuple[int, ...]:
     kept = []
     for index, (signal, power, rest, limit) in enumerate(zip(signals, powers, rests, limits, strict=True)):
         small = rest <= limit or rest * power <= limit * largest
-        if small and not _against_velocities(flown, signal, sensor=fit.effects[index] in _SENSOR):
+        if small and not _against_velocities(flown, signal, sensor=family_of(fit.effects[index]) == "sensor"):
             kept.append(index)
     return tuple(kept)
 
@@ -120,7 +117,7 @@ def only(choice: Choice, kept: tuple[int, ...]) -> Choice:
     fit, start = choice.fit, choice.start
     formulas = [fit.formulas[index] for index in kept]
     values = tuple(fit.values[index] for index in kept)
-    carried = all(effect not in _CARRIERS for index, effect in enumerate(fit.effects) if index not in kept)
+    carried = all(family_of(effect) != "drag" for index, effect in enumerate(fit.effects) if index not in kept)
     gusts = choice.gusts if carried else None
     problem = start.problem if gusts is None else fit.problem
     fewer = refitted(problem, formulas, values) if kept else empty_fit(problem)

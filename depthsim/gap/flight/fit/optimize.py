@@ -15,7 +15,7 @@ import numpy as np
 from depthsim.flight.table import Floats
 from depthsim.gap.flight.data.evidence import Problem, Values
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.fit.candidate import Formula
+from depthsim.gap.flight.effect import Formula
 
 _TILT = 0.005
 """[rad] how well the attitude in a log is known to be the body's: 0.3 degrees."""
@@ -191,27 +191,14 @@ def _columns(problem: Problem, formulas: tuple[Formula, ...], values: Values, in
     """(n, C, A, P) of one formula, by finite differences."""
     formula = formulas[index]
     found = np.empty((*predicted.shape, len(formula.parameters)))
-    if formula.effect == "imu_bias":
-        return _bias_columns(problem, found)
+    if formula.columns is not None:
+        return formula.columns(problem.records, found)
     for place, parameter in enumerate(formula.parameters):
         numbers = list(values[index])
         numbers[place] += parameter.step
         other = (*values[:index], tuple(numbers), *values[index + 1 :])
         found[..., place] = (problem.predict(problem.settings(formulas, other)) - predicted) / parameter.step
     return found
-
-
-def _bias_columns(problem: Problem, out: Floats) -> Floats:
-    out[:] = 0.0
-    knots = out.shape[-1] // (3 * len(problem.records.files))
-    at = 0
-    for part in problem.records.parts:
-        hats = part.hats(knots)
-        for axis, body in enumerate(problem.records.axes):
-            first = 3 * knots * part.file + body
-            out[at : at + len(part), 0, axis, first : first + 3 * knots : 3] = hats
-        at += len(part)
-    return out
 
 
 def _moved(formulas: tuple[Formula, ...], values: Values, step: Floats) -> Values:

@@ -13,8 +13,8 @@ import numpy as np
 from depthsim.flight.table import Floats
 from depthsim.gap.flight.data.axes import axes_of, state_of
 from depthsim.gap.flight.data.evidence import Problem
-from depthsim.gap.flight.fit.candidate import Formula
-from depthsim.gap.flight.fit.candidates import EACH, UNEVEN, logged_shares
+from depthsim.gap.flight.effect import Formula, family_of
+from depthsim.gap.flight.effects.rotors import EACH, UNEVEN, RotorThrustDifference, logged_shares
 from depthsim.gap.flight.fit.optimize import Fit, empty_fit, extended, refitted
 from depthsim.gap.flight.fit.series import Series, wind_series
 from depthsim.gap.flight.where.correction import learn, learn_time
@@ -46,12 +46,12 @@ _FORMULA = 0.85
 """Of what gusts close: where a formula closes so much, it is the formula."""
 _AIRY = 0.6
 """Of what a free force in time closes: a wind closes so much of it, or it is no wind."""
-_LIKE_WIND = ("constant_wind", "imu_bias", "imu_misalignment")
+_LIKE_WIND = ("wind", "sensor")
+"""Families whose effects may have been taken for the mean of the gusts."""
 _TOLD = 9.0
 """Of the loss: velocities that are noisier say nothing."""
 _GUSTS_SHARE = 0.05
 """Of what is closed with gusts: formulas alone must leave this much more, or they are what happened."""
-_SCALES = ("thrust_scale", "mass")
 
 Progress = Callable[[str], None]
 
@@ -115,7 +115,7 @@ def _search(start: Fit, bank: Sequence[Formula], gusts: bool, told: Progress) ->
 
 def _windless(bank: Sequence[Formula]) -> list[Formula]:
     """Without the constant wind, which is the mean of the gusts."""
-    return [formula for formula in bank if formula.effect != "constant_wind"]
+    return [formula for formula in bank if family_of(formula.effect) != "wind"]
 
 
 def significant(gains: Floats) -> bool:
@@ -155,7 +155,7 @@ def _gusts(fit: Fit, best: Fit | None) -> tuple[Series, Fit] | None:
     closed = float((((residual**2) - calm**2) * problem.weights[0]).sum())
     if lasting > free.gains.sum() or closed < _AIRY * float(free.gains.sum()):
         return None
-    kept = [pair for pair in zip(fit.formulas, fit.values, strict=True) if pair[0].effect not in _LIKE_WIND]
+    kept = [pair for pair in zip(fit.formulas, fit.values, strict=True) if family_of(pair[0].effect) not in _LIKE_WIND]
     if len(kept) < len(fit.formulas):
         still = refitted(problem, [formula for formula, _ in kept], tuple(values for _, values in kept))
         series = wind_series(problem, still.residual, still.settings)
@@ -231,16 +231,17 @@ def _exchanged(fit: Fit, bank: Sequence[Formula], start: Fit) -> tuple[Fit, tupl
                 if _clearly(fit, trial) and (better is None or trial.loss.sum() < better.loss.sum()):
                     better = trial
             alike = {name: trial for name, trial in trials.items() if _alike(trial, own or fit, rest)}
-            uneven = alike.get("rotor_thrust_difference")
-            if uneven is not None and fit.effects[index] in _SCALES and uneven.formulas[-1].name == EACH:
-                del alike["rotor_thrust_difference"]  # any scale of all rotors is one of each
-            if better is None and uneven is not None and _explains_commands(uneven) and fit.effects[index] in _SCALES:
+            uneven = alike.get(RotorThrustDifference.id)
+            scales = family_of(fit.effects[index]) == "scale"
+            if uneven is not None and scales and uneven.formulas[-1].name == EACH:
+                del alike[RotorThrustDifference.id]  # any scale of all rotors is one of each
+            if better is None and uneven is not None and _explains_commands(uneven) and scales:
                 better = uneven
             if better is None and fit.formulas[index].name == EACH:
                 # Rotors are told apart only where their own scales say more than one scale for all.
-                better = next((alike[name] for name in _SCALES if name in alike), None)
+                better = next((other for name, other in alike.items() if family_of(name) == "scale"), None)
             if _explains_commands(fit, index):
-                alike = {name: trial for name, trial in alike.items() if name not in _SCALES}
+                alike = {name: trial for name, trial in alike.items() if family_of(name) != "scale"}
             found.append(alike)
         if better is None:
             break

@@ -10,22 +10,6 @@ VERDICTS = {
     "partly_explained": "Partly explained: the causes below close a part, and the rest is no noise.",
     "unexplained": "Unexplained: there is a gap, and no effect of the bank is what causes it.",
 }
-TITLES = {
-    "rotor_drag": "drag of the rotors",
-    "body_drag_quadratic": "drag of the body, with the square of the speed",
-    "constant_wind": "a constant wind",
-    "gusting_wind": "a wind that gusts",
-    "thrust_scale": "more or less thrust than logged",
-    "thrust_lag": "thrust that lags behind the log",
-    "ground_effect": "the ground effect",
-    "vertical_damping": "damping of climb and descent",
-    "mass": "another mass",
-    "imu_bias": "a bias of the accelerometer",
-    "imu_misalignment": "an accelerometer mounted turned",
-    "log_time_offset": "stamps that are late",
-    "rotor_thrust_difference": "rotors that push unevenly",
-}
-"""The effects in words."""
 
 
 def gap_line(diagnosis: Diagnosis) -> str:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from depthsim.gap.diagnosis import Diagnosis
+from depthsim.gap.flight.effect import flight_effect
 from depthsim.gap.flight.findings import Flown
 from depthsim.gap.flight.report import words
 from depthsim.gap.flight.report.drawing import FlightDrawing, measure_drawing
@@ -66,7 +67,7 @@ def _causes(page: Page, diagnosis: Diagnosis) -> None:
         low, high = cause.ci95_closed
         others = ", ".join(cause.indistinguishable_from) or "-"
         share = Bar(cause.closed_fraction, f"{cause.closed_fraction:.0%} ({low:.0%} to {high:.0%})")
-        title = f"{cause.effect}: {words.TITLES[cause.effect]}"
+        title = f"{cause.effect}: {flight_effect(cause.effect).title}"
         rows.append([title, share, f"{cause.parameters['formula']}: {words.parameters(cause)}", others])
     page.table(["cause", "closes of the gap", "fitted (95 %)", "cannot be told from"], rows)
 
