@@ -39,7 +39,7 @@ from benchmarks.withheld_flight_data import (
 from benchmarks.withheld_score.score import wilson
 from depthsim.flight.log import FlightLog
 from depthsim.flight.vehicle import Vehicle, load_vehicle
-from depthsim.gap.flight import Flown, examine
+from depthsim.gap.flight import Findings, investigate
 
 FLIGHTS = File(__file__).resolve().parents[2] / "shared" / "data" / "flight_nanobench"
 STRENGTHS = ("weak", "medium", "strong")
@@ -182,19 +182,19 @@ class Case:
 
     effects: tuple[str, ...]
     strength: str
-    flown: Flown
+    found: Findings
     seconds: float
 
     @property
     def visible(self) -> bool:
         """Whether the log has the gap at all."""
-        gap = self.flown.diagnosis.gap
+        gap = self.found.diagnosis.gap
         return bool(np.sqrt(max(gap.before**2 - gap.floor**2, 0)) > VISIBLE * gap.floor)
 
     @property
     def first(self) -> tuple[str, ...]:
         """The first cause and those it ties with."""
-        causes = self.flown.diagnosis.causes
+        causes = self.found.diagnosis.causes
         return (causes[0].effect, *causes[0].indistinguishable_from) if causes else ()
 
 
@@ -246,7 +246,7 @@ def fly_case(
     """Make a log and diagnose it."""
     log, vehicle, words = SOURCES[source](effects, strength, seed, columns)
     begin = time.process_time()  # as long on a machine that does other things too
-    flown = examine([log], vehicle, without)
+    flown = investigate([log], vehicle, without)
     case = Case(tuple(effect.name for effect in effects), strength, flown, time.process_time() - begin)
     gap = flown.diagnosis.gap
     figures = f"{gap.before:.3f} {gap.after:.3f} {gap.floor:.3f} m/s², {case.seconds:.1f} s"
@@ -277,7 +277,7 @@ def single(console: Console, logs: int, seed: int, source: str) -> None:
         for strength in STRENGTHS:
             seen = [case for case in mine if case.strength == strength and case.visible]
             row.append(f"{sum(map(named, seen))} of {len(seen)}")
-        closed = [case.flown.diagnosis.gap.closed_fraction for case in mine if case.visible and named(case)]
+        closed = [case.found.diagnosis.gap.closed_fraction for case in mine if case.visible and named(case)]
         hidden = sum(not case.visible for case in mine)
         table.add_row(effect.name, *row, f"{np.median(closed):.2f}" if closed else "-", str(hidden))
     console.print(table)
@@ -285,7 +285,7 @@ def single(console: Console, logs: int, seed: int, source: str) -> None:
     console.print(
         f"named first or in a tie of two, medium and strong: {share(sum(map(named, seen)), len(seen))}; aim 95 %"
     )
-    closed = [case.flown.diagnosis.gap.closed_fraction for case in seen]
+    closed = [case.found.diagnosis.gap.closed_fraction for case in seen]
     console.print(f"closed fraction on held-out time, median: {np.median(closed):.3f}; aim 0.9")
     seconds = [case.seconds for case in cases]
     console.print(
@@ -296,7 +296,7 @@ def single(console: Console, logs: int, seed: int, source: str) -> None:
         console.print(f"  {truth} taken for {told}: {count}")
     for case in seen:
         if not named(case):
-            console.print(f"    {case.effects[0]} {case.strength}: {case.flown.diagnosis.verdict} {case.first}")
+            console.print(f"    {case.effects[0]} {case.strength}: {case.found.diagnosis.verdict} {case.first}")
 
 
 def named(case: Case) -> bool:
@@ -319,14 +319,14 @@ def unknown(console: Console, logs: int, seed: int, source: str) -> None:
         mine = [case for one, case in cases if one is effect and case.visible]
         right = [told_unknown(case, effect) for case in mine]
         good, total = good + sum(right), total + len(mine)
-        told = sum(case.flown.diagnosis.unexplained is not None for case in mine)
-        fits = sum(case.flown.diagnosis.verdict == "explained" for case in mine)
+        told = sum(case.found.diagnosis.unexplained is not None for case in mine)
+        fits = sum(case.found.diagnosis.verdict == "explained" for case in mine)
         table.add_row(effect.name, f"{sum(right)} of {len(mine)}", str(told), str(fits))
         misses += [(effect.name, case) for case, ok in zip(mine, right, strict=True) if not ok]
     console.print(table)
     console.print(f"told as unexplained, right axis in the first two: {share(good, total)}; aim 90 %")
     for name, case in misses:
-        diagnosis = case.flown.diagnosis
+        diagnosis = case.found.diagnosis
         axes = [cut.axis for cut in diagnosis.unexplained.where[:2]] if diagnosis.unexplained else []
         console.print(
             f"    {name} {case.strength}: {diagnosis.verdict} {case.first} {axes} {diagnosis.gap.closed_fraction}"
@@ -334,7 +334,7 @@ def unknown(console: Console, logs: int, seed: int, source: str) -> None:
 
 
 def told_unknown(case: Case, effect: Effect) -> bool:
-    unexplained = case.flown.diagnosis.unexplained
+    unexplained = case.found.diagnosis.unexplained
     return unexplained is not None and any(cut.axis in effect.axes for cut in unexplained.where[:2])
 
 
@@ -344,11 +344,11 @@ def none(console: Console, logs: int, seed: int, source: str) -> None:
         fly_case((effect,), "medium", seed + 90_000 + index, columns=("", "total", "no_imu")[index % 3], source=source)
         for index in range(10 * logs)
     ]
-    false = [case for case in cases if case.flown.diagnosis.verdict != "no_gap"]
+    false = [case for case in cases if case.found.diagnosis.verdict != "no_gap"]
     console.print(f"no effect at all, a gap claimed: {share(len(false), len(cases))}; aim under 2 %")
     for case in false:
-        where = [cut.axis for cut in case.flown.diagnosis.where]
-        console.print(f"    {case.flown.diagnosis.verdict} {case.first} {where} {case.flown.diagnosis.gap}")
+        where = [cut.axis for cut in case.found.diagnosis.where]
+        console.print(f"    {case.found.diagnosis.verdict} {case.first} {where} {case.found.diagnosis.gap}")
 
 
 def pairs(console: Console, logs: int, seed: int, source: str) -> None:
@@ -365,10 +365,10 @@ def pairs(console: Console, logs: int, seed: int, source: str) -> None:
         cases = [fly_case(effects, "medium", seed + 70_000 + 100 * number + index) for index in range(logs)]
         found = []
         for case in cases:
-            names = {name for c in case.flown.diagnosis.causes for name in (c.effect, *c.indistinguishable_from)}
+            names = {name for c in case.found.diagnosis.causes for name in (c.effect, *c.indistinguishable_from)}
             found.append(len(names & {one, other}))
         both, total = both + found.count(2), total + len(found)
-        closed = np.median([case.flown.diagnosis.gap.closed_fraction for case in cases])
+        closed = np.median([case.found.diagnosis.gap.closed_fraction for case in cases])
         table.add_row(f"{one} + {other}", f"{found.count(2)} of {len(found)}", str(found.count(1)), f"{closed:.2f}")
     console.print(table)
     console.print(f"both named: {share(both, total)}")
@@ -393,7 +393,7 @@ def real(console: Console, logs: int, seed: int, source: str) -> None:
     rows = []
     for out in ((0, 4), (1, 5), (2, 6), (3, 7)):
         train = [log for index, log in enumerate(flights) if index not in out]
-        flown = examine(train, vehicle)
+        flown = investigate(train, vehicle)
         before, removed, start = lateral_errors(flown, [flights[index] for index in out])
         rows.append((before, removed, start))
         names = ", ".join(cause.effect for cause in flown.diagnosis.causes)

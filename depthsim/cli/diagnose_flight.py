@@ -25,7 +25,7 @@ def diagnose_flight(
 
     from depthsim.flight.nanobench import read_any
     from depthsim.flight.vehicle import load_vehicle
-    from depthsim.gap.flight import examine, write_report
+    from depthsim.gap.flight import investigate, write_report
 
     seen: set[Path] = set()
     for path in logs:
@@ -35,10 +35,10 @@ def diagnose_flight(
     craft = load_vehicle(vehicle)
     flights = [read_any(path, drop_unmeasured=True) for path in logs]
     with Console(stderr=True).status("reading forces") as status:
-        flown = examine(flights, craft, without or (), seed, status.update)
+        found = investigate(flights, craft, without or (), seed, status.update)
         status.update("pictures")
-        write_report(out, flown)
-    _show(flown.diagnosis)
+        write_report(out, found)
+    _show(found.diagnosis)
     print(f"\nwritten to {out}: diagnosis.json, vehicle.yaml, index.html")
 
 

@@ -14,7 +14,7 @@ from depthsim.gap import Diagnosis
 from depthsim.gap.depth.compare import compare_runs
 from depthsim.gap.depth.report.compare import write_comparison
 from depthsim.gap.depth.report.write import write_report
-from depthsim.gap.flight import examine
+from depthsim.gap.flight import investigate
 from depthsim.gap.flight.report.write import write_report as write_flight_report
 from depthsim.gap.report.drawing import DRAWING
 from depthsim.gap.report.redraw import PAGE, redraw
@@ -46,7 +46,7 @@ def test_a_comparison_is_drawn_again(tmp_path: Path) -> None:
 
 
 def test_a_report_of_flights_is_drawn_again(tmp_path: Path) -> None:
-    flown = examine([flight(EIGHT, Truth(), Noise(), 1)], the_vehicle(False))
+    flown = investigate([flight(EIGHT, Truth(), Noise(), 1)], the_vehicle(False))
     write_flight_report(tmp_path / "report", flown)
     _again(tmp_path / "report")
 

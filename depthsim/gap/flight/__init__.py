@@ -12,12 +12,13 @@ from pathlib import Path
 
 from depthsim.flight.log import FlightLog
 from depthsim.flight.vehicle import Vehicle, load_vehicle
+from depthsim.gap.config import FlightConfig
 from depthsim.gap.diagnosis import Diagnosis
-from depthsim.gap.flight.diagnose import examine
-from depthsim.gap.flight.findings import Flown
+from depthsim.gap.flight.diagnose import investigate
+from depthsim.gap.flight.findings import Findings
 from depthsim.gap.flight.report.write import write_report
 
-__all__ = ["Flown", "diagnose_flight", "examine", "write_report"]
+__all__ = ["Findings", "diagnose_flight", "investigate", "write_report"]
 
 
 def diagnose_flight(
@@ -26,19 +27,21 @@ def diagnose_flight(
     out: str | Path | None = None,
     without: Sequence[str] = (),
     seed: int = 0,
+    config: FlightConfig = FlightConfig(),  # noqa: B008 - frozen
 ) -> Diagnosis:
     """Diagnose flights of one vehicle.
 
     logs: flights, or the files they are in. vehicle: one, or its file or name. out: a folder for diagnosis.json,
     vehicle.yaml and index.html; nothing is written if not given. without: effects that are left out of the bank.
-    seed: of the bootstrap; the same seed gives the same result. Raises :class:`~depthsim.errors.InputError`.
+    seed: of the bootstrap; the same seed gives the same result. config: the thresholds. Raises
+    :class:`~depthsim.errors.InputError`.
     """
     from depthsim.flight.nanobench import read_any
 
     given = [logs] if isinstance(logs, (FlightLog, str, Path)) else list(logs)
     flights = [log if isinstance(log, FlightLog) else read_any(log, drop_unmeasured=True) for log in given]
     craft = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
-    flown = examine(flights, craft, without, seed)
+    found = investigate(flights, craft, without, seed, config=config)
     if out is not None:
-        write_report(Path(out), flown)
-    return flown.diagnosis
+        write_report(Path(out), found)
+    return found.diagnosis

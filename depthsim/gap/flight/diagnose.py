@@ -9,6 +9,7 @@ from depthsim.errors import InputError
 from depthsim.flight.log import FlightLog
 from depthsim.flight.table import Floats
 from depthsim.flight.vehicle import Vehicle
+from depthsim.gap.config import FlightConfig
 from depthsim.gap.diagnosis import Diagnosis, Gap, Unexplained, Verdict
 from depthsim.gap.flight.data.axes import state_of
 from depthsim.gap.flight.data.evidence import Problem, make_problem, with_noise
@@ -18,7 +19,7 @@ from depthsim.gap.flight.data.simulate import Model, Settings
 from depthsim.gap.flight.effect import flight_effect_ids
 from depthsim.gap.flight.effects.thrust import ThrustLag
 from depthsim.gap.flight.effects.wind import GustingWind
-from depthsim.gap.flight.findings import Flown, learn_all, power
+from depthsim.gap.flight.findings import Findings, learn_all, power
 from depthsim.gap.flight.fit.candidates import bank, left_out
 from depthsim.gap.flight.fit.causes import causes_of, closed_interval, closed_share, gust_keys, rounded
 from depthsim.gap.flight.fit.nearest import only, sound
@@ -27,38 +28,33 @@ from depthsim.gap.flight.where.correction import Learned
 from depthsim.gap.flight.where.localize import cuts
 
 _CUTOFF_WORDS = "4 Hz low-pass on both sides, per axis of the body, on time held out"
-_SAME_LAG = 0.1
-"""How near a lag must be to that of the vehicle's motors to be theirs, relative."""
-_REST = 0.006
-"""Of the gap's power: a rest below this is not worth telling, even where it can be seen."""
-_REST_OF_GUSTS = 0.05
-"""The same where the wind gusts: between knots a little of it is always left."""
 
 
-def examine(
+def investigate(
     logs: Sequence[FlightLog],
     vehicle: Vehicle,
     without: Sequence[str] = (),
     seed: int = 0,
-    told: Progress = lambda _: None,
-) -> Flown:
+    say: Progress = lambda _: None,
+    config: FlightConfig = FlightConfig(),  # noqa: B008 - frozen
+) -> Findings:
     """Diagnose flights of a vehicle; see :func:`depthsim.gap.flight.diagnose_flight`."""
     unknown = [name for name in without if name not in flight_effect_ids()]
     if unknown:
         raise InputError(
             "--without", unknown[0], "is no effect of a flight", f"name one of {', '.join(flight_effect_ids())}"
         )
-    told("reading forces")
-    records = prepare(logs, vehicle)
+    say("reading forces")
+    records = prepare(logs, vehicle, config)
     base = base_settings(vehicle, [log.duration for log in logs])
-    problem, notes = make_problem(records, Model(vehicle), base), [*records.notes, *left_out(records)]
+    problem, notes = make_problem(records, Model(vehicle), base, config), [*records.notes, *left_out(records)]
     formulas = bank(records, problem.base, vehicle.rotors.radius, without)
-    told("noise and axes")
-    choice = choose(problem, formulas, GustingWind.id not in without, told)
+    say("noise and axes")
+    choice = choose(problem, formulas, GustingWind.id not in without, say)
     quieter = with_noise(problem, choice.fit.settings)
     if (quieter.sigma < 0.8 * problem.sigma).any():
         problem = quieter
-        choice = choose(problem, formulas, GustingWind.id not in without, told)
+        choice = choose(problem, formulas, GustingWind.id not in without, say)
     command = _as_command(problem, choice, vehicle)
     if command is not None:
         problem = command
@@ -67,16 +63,16 @@ def examine(
             f"the thrust in the log is read as a command, which the motors follow with the vehicle's {lag:g} s"
         )
         choice = choose(
-            problem, bank(records, problem.base, vehicle.rotors.radius, without), GustingWind.id not in without, told
+            problem, bank(records, problem.base, vehicle.rotors.radius, without), GustingWind.id not in without, say
         )
-    told("what is left")
-    flown = _flown(problem, choice, vehicle, seed, notes, ())
+    say("what is left")
+    found = _findings(problem, choice, vehicle, seed, notes, ())
     nearest: tuple[str, ...] = ()
-    while choice.fit.formulas and (kept := sound(flown, bool(nearest))) != tuple(range(len(choice.fit.formulas))):
+    while choice.fit.formulas and (kept := sound(found, bool(nearest))) != tuple(range(len(choice.fit.formulas))):
         nearest = (*nearest, *(name for index, name in enumerate(choice.fit.effects) if index not in kept))
         choice = only(choice, kept)
-        flown = _flown(problem, choice, vehicle, seed, notes, nearest)
-    return flown
+        found = _findings(problem, choice, vehicle, seed, notes, nearest)
+    return found
 
 
 def _as_command(problem: Problem, choice: Choice, vehicle: Vehicle) -> Problem | None:
@@ -90,15 +86,15 @@ def _as_command(problem: Problem, choice: Choice, vehicle: Vehicle) -> Problem |
     if fit.effects != (ThrustLag.id,) or problem.base.lag or choice.gusts is not None or not lag:
         return None
     found = fit.values[0][0] * (1 + (fit.values[0][1] if len(fit.values[0]) > 1 else 0.0))
-    if abs(found - lag) > max(_SAME_LAG * lag, 2 * float(fit.errors[0][0])):
+    if abs(found - lag) > max(problem.config.data.same_lag * lag, 2 * float(fit.errors[0][0])):
         return None
     told = replace(problem, base=replace(problem.base, lag=lag))
     return with_noise(told, told.base)
 
 
-def _flown(
+def _findings(
     problem: Problem, choice: Choice, vehicle: Vehicle, seed: int, notes: list[str], nearest: tuple[str, ...]
-) -> Flown:
+) -> Findings:
     fit, start = choice.fit, choice.start
     noise = np.minimum(problem.noise(fit.settings)[0], problem.noise(problem.base)[0])
     before, after = start.residual[:, 0], fit.held_out[:, 0]
@@ -109,9 +105,12 @@ def _flown(
     learned = learn_all(problem, before, problem.base, noise)
     left = learn_all(problem, after, fit.settings, noise)
     gap_power, rest_power = power(before, noise), power(after, noise)
-    there = [one for one in learned if significant(one.gains)]
-    least = _REST if choice.gusts is None else _REST_OF_GUSTS
-    rest = [one for one in left if significant(one.gains) and one.closed * rest_power > least * gap_power]
+    there = [one for one in learned if significant(one.gains, problem.config)]
+    limit = problem.config.significance
+    least = limit.rest if choice.gusts is None else limit.rest_of_gusts
+    rest = [
+        one for one in left if significant(one.gains, problem.config) and one.closed * rest_power > least * gap_power
+    ]
     gap = bool(causes) or bool(there)
     after_rms = steps[-1]
     closed = closed_share(steps[0], after_rms, floor) if causes else 0.0
@@ -140,7 +139,7 @@ def _flown(
         notes=tuple(notes),
     )
     gusts = gust_keys(problem, choice)
-    return Flown(
+    return Findings(
         diagnosis, with_settings(vehicle, fit.settings, gusts), problem, choice, before, after, noise, state,
         tuple(learned), tuple(left),
     )  # fmt: skip

@@ -13,7 +13,7 @@ from depthsim.gap.flight.where.correction import Learned, learn, learn_time
 
 
 @dataclass(frozen=True)
-class Flown:
+class Findings:
     """All that a report is made from.
 
     before, after: (n, A) residuals of the first channel [m/s²], held out. noise: (A,) [m/s²]. learned: of the gap and
@@ -35,7 +35,7 @@ class Flown:
 def learn_all(problem: Problem, residual: Floats, s: Settings, noise: Floats) -> list[Learned]:
     """On every axis, the most telling first."""
     state = state_of(problem, s)
-    found = [learn(problem, residual, axis, state, noise) for axis in axes_of(state)]
+    found = [learn(problem, residual, axis, state, noise) for axis in axes_of(state, problem.config)]
     found.append(learn_time(problem, residual, noise)[0])
     return sorted(found, key=lambda one: -one.rank)
 

@@ -14,7 +14,7 @@ from depthsim.flight.log import FlightLog
 from depthsim.flight.nanobench import read_any
 from depthsim.flight.vehicle import Vehicle, load_vehicle
 from depthsim.gap.diagnosis import Diagnosis
-from depthsim.gap.flight import diagnose_flight, examine
+from depthsim.gap.flight import diagnose_flight, investigate
 from depthsim.gap.flight.fit.validate import lateral_errors
 
 EIGHT = Flown("lemniscate", 8.0, 18.0, 3.0, 1.2, turning=True, phase=0.7)
@@ -156,7 +156,7 @@ def test_an_effect_that_is_none_is_refused() -> None:
 
 
 def test_a_mass_that_is_wrong_in_the_file_is_mended() -> None:
-    flown = examine([log_of(Truth({"mass": 1.35}), EIGHT)], the_vehicle(True))
+    flown = investigate([log_of(Truth({"mass": 1.35}), EIGHT)], the_vehicle(True))
     cause = flown.diagnosis.causes[0]
     assert {"mass", "thrust_scale"} & {cause.effect, *cause.indistinguishable_from}
     if cause.effect == "mass":
@@ -171,7 +171,7 @@ def test_real_flights_show_drag_and_the_accelerometers_offset_by_themselves() ->
     flights = {Path(file).stem: read_any(file) for file in files}
     train = [flights[name] for name in ("B2_circle_fast_rep3", "B3_figure8_medium_rep2")]
     keys = load_vehicle("crazyflie").model_dump() | {"mass": 0.035, "drag": {"law": "none"}}
-    flown = examine(train, Vehicle.model_validate(keys))
+    flown = investigate(train, Vehicle.model_validate(keys))
     names = [cause.effect for cause in flown.diagnosis.causes]
     assert names[0] == "rotor_drag"
     assert {"imu_bias", "imu_misalignment"} & set(names)

@@ -14,7 +14,7 @@ from depthsim.errors import InputError
 from depthsim.flight.log import FlightLog
 from depthsim.flight.measurement import Measurement
 from depthsim.flight.vehicle import load_vehicle
-from depthsim.gap.flight import diagnose_flight, examine
+from depthsim.gap.flight import diagnose_flight, investigate
 from depthsim.gap.flight.data.columns import measured_columns
 
 EIGHT = Flown("lemniscate", 8.0, 18.0, 3.0, 1.2, turning=True, phase=0.7)
@@ -128,7 +128,7 @@ def test_other_formulas_for_an_effect_have_its_name(effect: str, variant: int, t
     assert diagnosis.gap.closed_fraction > 0.7
     mended = load_vehicle(tmp_path / "report" / "vehicle.yaml")
     if effect != "gusting_wind":  # whose file has their statistics, not this flight's gusts
-        assert examine([log], mended).diagnosis.gap.before < 0.5 * diagnosis.gap.before
+        assert investigate([log], mended).diagnosis.gap.before < 0.5 * diagnosis.gap.before
 
 
 def test_a_recorder_that_drifts_and_fades() -> None:

@@ -13,14 +13,13 @@ import numpy as np
 from depthsim.flight.constants import GRAVITY
 from depthsim.flight.fit.motion import low_pass
 from depthsim.flight.table import Floats
+from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.data.records import Record
 from depthsim.gap.flight.data.simulate import Settings
 
 _SLOW = 2.0
 """[Hz] what is learned on is smoothed a little more than the force."""
-_STILL = 0.1
-"""[m/s] a flight whose velocity goes over no more than this is a hover."""
 
 
 @dataclass(frozen=True)
@@ -180,9 +179,9 @@ AXES = (
 """All but time, which is learned by interpolation (series.py)."""
 
 
-def axes_of(state: State) -> list[Axis]:
+def axes_of(state: State, config: FlightConfig) -> list[Axis]:
     """Those that the logs have: without places there are two less, and a hover lies on hardly any."""
     low, high = np.percentile(state.velocity, (5, 95), axis=0)
-    if (high - low).max() < _STILL:
+    if (high - low).max() < config.data.hover:
         return [axis for axis in AXES if axis.name in ("axis", "thrust")]
     return [axis for axis in AXES if state.place is not None or axis.name not in ("altitude", "place")]

@@ -9,17 +9,12 @@ from numpy.typing import NDArray
 
 from depthsim.flight.fit.motion import CUTOFF
 from depthsim.flight.table import Floats
+from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight.data.noise import noise_levels
-from depthsim.gap.flight.data.records import Records
+from depthsim.gap.flight.data.records import ACCELEROMETER, VELOCITIES, Records
 from depthsim.gap.flight.data.simulate import Model, Settings
 from depthsim.gap.flight.effect import Formula
 from depthsim.gap.resampling import contiguous
-
-_BLOCK = 2.5
-"""[s] as in flight.fit: residuals of real flights are correlated over about a second."""
-_FOLDS = 9
-_LEAST = {"accelerometer": 0.01, "velocities": 0.03}
-"""[m/s²] no channel is trusted more than this."""
 
 Values = tuple[tuple[float, ...], ...]
 
@@ -41,6 +36,7 @@ class Problem:
     starts: NDArray[np.int_]
     sigma: Floats
     worth: float
+    config: FlightConfig
 
     @property
     def weights(self) -> Floats:
@@ -95,27 +91,31 @@ class Problem:
         return np.asarray(np.sqrt(squares / seconds))[:, list(self.records.axes)]
 
 
-def make_problem(records: Records, model: Model, base: Settings) -> Problem:
+def make_problem(records: Records, model: Model, base: Settings, config: FlightConfig) -> Problem:
     """Lay the blocks and find the noise."""
     axes = list(records.axes)
     measured = np.concatenate([np.moveaxis(part.measured, 0, 1)[..., axes] for part in records.parts])
     blocks: list[NDArray[np.int_]] = []
     folds: list[NDArray[np.int_]] = []
     for part in records.parts:
-        count = max(round(part.seconds / _BLOCK), 2)
+        count = max(round(part.seconds / config.data.block), 2)
         blocks.append(contiguous(len(part), count) + sum(len(fold) for fold in folds))
-        folds.append(contiguous(count, _FOLDS))
+        folds.append(contiguous(count, config.data.folds))
     rows = np.concatenate(blocks)
     starts = np.flatnonzero(np.diff(rows, prepend=-1))
     worth = min(1.0, 2 * CUTOFF * records.parts[0].step)
     shape = measured.shape[1:]
-    problem = Problem(records, model, base, measured, rows, np.concatenate(folds), starts, np.ones(shape), worth)
+    problem = Problem(
+        records, model, base, measured, rows, np.concatenate(folds), starts, np.ones(shape), worth, config
+    )
     return with_noise(problem, base)
 
 
 def with_noise(problem: Problem, s: Settings) -> Problem:
     """The same problem with the noise as the residual under ``s`` has it."""
-    least = np.array([_LEAST[channel] for channel in problem.records.channels])[:, None]
+    data = problem.config.data
+    trusted = {ACCELEROMETER: data.least_noise_accelerometer, VELOCITIES: data.least_noise_velocities}
+    least = np.array([trusted[channel] for channel in problem.records.channels])[:, None]
     sigma = np.sqrt(problem.noise(s) ** 2 + least**2)
     if len(sigma) > 1:
         sigma[1] = np.maximum(sigma[1], _mismatch(problem, sigma[0]))

@@ -22,6 +22,7 @@ from depthsim.flight.fit.thrust import fit_thrust_map
 from depthsim.flight.log import FlightLog
 from depthsim.flight.table import Floats
 from depthsim.flight.vehicle import Vehicle
+from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight.data.columns import check_units, measured_columns
 
 Need = Literal["accelerometer", "thrust", "newtons", "rotors", "positions"]
@@ -29,10 +30,6 @@ Need = Literal["accelerometer", "thrust", "newtons", "rotors", "positions"]
 ACCELEROMETER, VELOCITIES = "accelerometer", "velocities"
 _THINNED = 4
 """Samples kept for each period of the cutoff."""
-_LONGEST_GAP = 0.25
-"""[s] A log with a longer gap is cut there."""
-_SHORTEST = 6.0
-"""[s] Pieces below this are left out."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +109,7 @@ class Records:
         return any(not missing.isdisjoint(needs) for _, missing in self.lacking)
 
 
-def prepare(logs: Sequence[FlightLog], vehicle: Vehicle) -> Records:
+def prepare(logs: Sequence[FlightLog], vehicle: Vehicle, config: FlightConfig) -> Records:
     """Make logs ready. Raises :class:`InputError` for a log that cannot be used at all."""
     notes: list[str] = []
     motions: list[Motion] = []
@@ -123,7 +120,7 @@ def prepare(logs: Sequence[FlightLog], vehicle: Vehicle) -> Records:
         check_units(log, vehicle)
     notes.extend(one for _, said in mended for one in said)
     for number, log in enumerate(logs):
-        pieces, said = _pieces(log)
+        pieces, said = _pieces(log, config)
         notes.extend(said)
         for piece in pieces:
             motions.append(motion_of(piece))
@@ -184,19 +181,19 @@ def _record(motion: Motion, file: int, span: tuple[float, float], thrusts: Float
     )
 
 
-def _pieces(log: FlightLog) -> tuple[list[FlightLog], list[str]]:
+def _pieces(log: FlightLog, config: FlightConfig) -> tuple[list[FlightLog], list[str]]:
     """The log cut at its gaps."""
     from pathlib import Path
 
-    limit = max(_LONGEST_GAP, 5 * float(np.median(np.diff(log.t))))
+    limit = max(config.data.longest_gap, 5 * float(np.median(np.diff(log.t))))
     cuts = np.flatnonzero(np.diff(log.t) > limit) + 1
     if not len(cuts):
         return [log], []
     edges = [0, *cuts.tolist(), len(log)]
     pieces = [log.select(slice(a, b)) for a, b in pairwise(edges) if b - a > 2]
-    kept = [piece for piece in pieces if piece.duration >= _SHORTEST]
+    kept = [piece for piece in pieces if piece.duration >= config.data.shortest_piece]
     if not kept:
-        problem = f"has {len(cuts)} gaps and no stretch of {_SHORTEST:g} s without one"
+        problem = f"has {len(cuts)} gaps and no stretch of {config.data.shortest_piece:g} s without one"
         raise InputError(log.source, "t", problem, "give a log that is whole for longer")
     lost = log.duration - sum(piece.duration for piece in kept)
     name = Path(log.source).name

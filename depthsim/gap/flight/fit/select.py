@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from depthsim.flight.table import Floats
+from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight.data.axes import axes_of, state_of
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.effect import Formula, family_of
@@ -20,38 +21,10 @@ from depthsim.gap.flight.fit.series import Series, wind_series
 from depthsim.gap.flight.where.correction import learn, learn_time
 from depthsim.gap.resampling import paired
 
-LEAST_GAIN = 22.0
-"""Of the loss, which chance lowers by about 1 for a parameter: beyond this it is no chance, the bank's size counted."""
-_MOST = 6
-_LEAST_T = 2.6
-_LEAST_SHARE = 0.01
-"""Of the gap's power, a tenth of its size; less is not worth a name."""
-_TIE_T = 2.0
-_TIE_GAIN = 5.0
-_TIE_SHARE = 0.003
-"""Of what an effect explains: a difference below this belongs to its formula, not to its name. So it is only where the
-formula leaves as much: one that leaves nothing but noise is the right one."""
-_NOISE_SURE = 0.1
-"""How well the noise's power is known, relative."""
-_UNSURE_GAIN, _UNSURE_SHARE = 30.0, 0.05
-"""Up to here a difference that is not the same in all blocks of time is no difference."""
-_UNSURE_LEFT = 5.0
-"""The same over what the formula leaves."""
-_COMMANDS = 0.25
-"""How far the force may speak of other uneven rotors than the logged thrusts do, over what these differ by."""
-_LASTING, _LASTING_ELSE = {"acceleration": 0.75, "angular_rate": 0.75, "thrust": 0.75}, 0.5
-"""Of what is learned in time: where so much is learned on an axis that lasts, it is no gust. It is more on those where
-the vehicle's answer to a gust shows."""
-_FORMULA = 0.85
-"""Of what gusts close: where a formula closes so much, it is the formula."""
-_AIRY = 0.6
-"""Of what a free force in time closes: a wind closes so much of it, or it is no wind."""
+_MOTION = ("acceleration", "angular_rate", "thrust")
+"""Axes on which the vehicle's answer to a gust shows."""
 _LIKE_WIND = ("wind", "sensor")
 """Families whose effects may have been taken for the mean of the gusts."""
-_TOLD = 9.0
-"""Of the loss: velocities that are noisier say nothing."""
-_GUSTS_SHARE = 0.05
-"""Of what is closed with gusts: formulas alone must leave this much more, or they are what happened."""
 
 Progress = Callable[[str], None]
 
@@ -70,31 +43,32 @@ class Choice:
     alternatives: tuple[dict[str, Fit], ...]
 
 
-def choose(problem: Problem, bank: Sequence[Formula], gusts: bool = True, told: Progress = lambda _: None) -> Choice:
+def choose(problem: Problem, bank: Sequence[Formula], gusts: bool = True, say: Progress = lambda _: None) -> Choice:
     """The effects of the bank that the logs speak for, and gusts if they are asked for.
 
     A wind that changes can look like anything for a while. So gusts are tried where formulas alone leave something that
     comes and goes, and taken where the two together leave clearly less.
     """
-    start = empty_fit(problem)
-    fit, series = _search(start, bank, False, told)
-    if gusts and significant(learn_time(problem, fit.held_out[:, 0], problem.sigma[0])[0].gains):
-        other, found = _search(start, bank, True, told)
+    start, config = empty_fit(problem), problem.config
+    fit, series = _search(start, bank, False, say)
+    if gusts and significant(learn_time(problem, fit.held_out[:, 0], problem.sigma[0])[0].gains, config):
+        other, found = _search(start, bank, True, say)
         gain = float(fit.loss.sum() - other.loss.sum())
-        if found is not None and gain > max(LEAST_GAIN, _GUSTS_SHARE * float(start.loss.sum() - other.loss.sum())):
+        closed = float(start.loss.sum() - other.loss.sum())
+        if found is not None and gain > max(config.significance.least_gain, config.select.gusts_share * closed):
             fit, series = other, found
             bank = _windless(bank)
-    told("alternatives")
+    say("alternatives")
     fit, alternatives = _exchanged(fit, bank, start)
     return Choice(start, fit, series, alternatives)
 
 
-def _search(start: Fit, bank: Sequence[Formula], gusts: bool, told: Progress) -> tuple[Fit, Series | None]:
+def _search(start: Fit, bank: Sequence[Formula], gusts: bool, say: Progress) -> tuple[Fit, Series | None]:
     """Forward choice, with gusts as soon as they say more than any formula if they are asked for."""
     fit, problem = start, start.problem
     series: Series | None = None
-    while len(fit.formulas) < _MOST:
-        told(f"effect {len(fit.formulas) + 1}")
+    while len(fit.formulas) < problem.config.select.most_causes:
+        say(f"effect {len(fit.formulas) + 1}")
         best = _best(_trials(fit, bank))
         if gusts and series is None:
             found = _gusts(fit, best)
@@ -107,7 +81,7 @@ def _search(start: Fit, bank: Sequence[Formula], gusts: bool, told: Progress) ->
         if best is None or not _worth(fit, best, start):
             break
         more = _pruned(refitted(fit.problem, best.formulas, best.values), start)
-        if fit.loss.sum() - more.loss.sum() < LEAST_GAIN:
+        if fit.loss.sum() - more.loss.sum() < problem.config.significance.least_gain:
             break
         fit = more
     return fit, series
@@ -118,15 +92,16 @@ def _windless(bank: Sequence[Formula]) -> list[Formula]:
     return [formula for formula in bank if family_of(formula.effect) != "wind"]
 
 
-def significant(gains: Floats) -> bool:
+def significant(gains: Floats, config: FlightConfig) -> bool:
     """Whether gains of the held-out loss by block (B,) are more than chance.
 
     Either most blocks have their part in it, or it is large even without the two blocks that gain most: an effect such
     as the ground's is there for moments only.
     """
-    total = float(gains.sum())
+    least, total = config.significance.least_gain, float(gains.sum())
     most = float(np.sort(gains)[-2:].sum())
-    return total > LEAST_GAIN and (paired(gains, 0 * gains).t > _LEAST_T or total - most > 3 * LEAST_GAIN)
+    sure = paired(gains, 0 * gains).t > config.significance.least_t
+    return total > least and (sure or total - most > 3 * least)
 
 
 def _gusts(fit: Fit, best: Fit | None) -> tuple[Series, Fit] | None:
@@ -135,31 +110,33 @@ def _gusts(fit: Fit, best: Fit | None) -> tuple[Series, Fit] | None:
     What was taken for a sensor's constant error may have been the mean of the wind: it is left out where that does as
     well, and must be found again.
     """
-    problem = fit.problem
+    problem, select = fit.problem, fit.problem.config.select
     with_all = wind_series(problem, fit.residual, fit.settings)
-    if with_all is None or not significant(with_all.gains) or not _seen_by_velocities(fit, with_all):
+    if with_all is None or not significant(with_all.gains, problem.config) or not _seen_by_velocities(fit, with_all):
         return None
     left = float(with_all.gains.sum())
-    if best is not None and float((fit.loss - best.loss).sum()) > _FORMULA * left:
+    if best is not None and float((fit.loss - best.loss).sum()) > select.formula * left:
         return None
     residual = fit.residual[:, 0]
     free, _ = learn_time(problem, residual, problem.sigma[0])
-    if not significant(free.gains):
+    if not significant(free.gains, problem.config):
         return None
     state = state_of(problem, fit.settings)
     lasting = max(
-        learn(problem, residual, axis, state, problem.sigma[0]).gains.sum() / _LASTING.get(axis.name, _LASTING_ELSE)
-        for axis in axes_of(state)
+        learn(problem, residual, axis, state, problem.sigma[0]).gains.sum()
+        / (select.lasting_motion if axis.name in _MOTION else select.lasting)
+        for axis in axes_of(state, problem.config)
     )
     calm = residual - with_all.predicted[:, 0]
     closed = float((((residual**2) - calm**2) * problem.weights[0]).sum())
-    if lasting > free.gains.sum() or closed < _AIRY * float(free.gains.sum()):
+    if lasting > free.gains.sum() or closed < select.like_wind * float(free.gains.sum()):
         return None
     kept = [pair for pair in zip(fit.formulas, fit.values, strict=True) if family_of(pair[0].effect) not in _LIKE_WIND]
     if len(kept) < len(fit.formulas):
         still = refitted(problem, [formula for formula, _ in kept], tuple(values for _, values in kept))
         series = wind_series(problem, still.residual, still.settings)
-        if series is not None and still.loss.sum() - series.gains.sum() < fit.loss.sum() - left + LEAST_GAIN:
+        most = fit.loss.sum() - left + problem.config.significance.least_gain
+        if series is not None and still.loss.sum() - series.gains.sum() < most:
             return series, still
     return with_all, fit
 
@@ -171,7 +148,7 @@ def _seen_by_velocities(fit: Fit, series: Series) -> bool:
     force, residual, weights = series.predicted[:, 1], fit.residual[:, 1], fit.problem.weights[1]
     told = float((force**2 * weights).sum())
     gain = float(((residual**2 - (residual - force) ** 2) * weights).sum())
-    return gain > 0 or told < _TOLD
+    return gain > 0 or told < fit.problem.config.select.velocities_tell
 
 
 def _trials(fit: Fit, bank: Sequence[Formula]) -> list[Fit]:
@@ -184,20 +161,24 @@ def _best(trials: Sequence[Fit]) -> Fit | None:
         return None
     best = min(trials, key=lambda trial: trial.loss.sum())
     own = [trial for trial in trials if trial.effects[-1] == best.effects[-1]]
-    return next(trial for trial in own if trial.loss.sum() - best.loss.sum() < _TIE_GAIN)
+    margin = best.problem.config.select.tie_gain
+    return next(trial for trial in own if trial.loss.sum() - best.loss.sum() < margin)
 
 
 def _clearly(worse: Fit, better: Fit) -> bool:
     """Whether ``better`` is better by more than chance."""
     difference = paired(worse.loss, better.loss)
-    return difference.mean * len(worse.loss) > _TIE_GAIN and difference.t > _TIE_T
+    select = better.problem.config.select
+    return difference.mean * len(worse.loss) > select.tie_gain and difference.t > select.tie_t
 
 
 def _worth(before: Fit, after: Fit, start: Fit) -> bool:
     squares = [fit.squares[:, 0].sum() for fit in (start, before, after)]
     noise = len(start.residual) * float((start.problem.sigma[0] ** 2).sum())
     power = max(float(squares[0]) - noise, 0.0)
-    return significant(before.loss - after.loss) and bool(squares[1] - squares[2] > _LEAST_SHARE * power)
+    config = start.problem.config
+    large = bool(squares[1] - squares[2] > config.select.least_share * power)
+    return significant(before.loss - after.loss, config) and large
 
 
 def _pruned(fit: Fit, start: Fit) -> Fit:
@@ -258,7 +239,7 @@ def _explains_commands(fit: Fit, index: int = -1) -> bool:
     shares = logged_shares(fit.problem.records) if formula.name == UNEVEN else None
     if shares is None:
         return False
-    margin = _COMMANDS * (max(shares) - min(shares))
+    margin = fit.problem.config.select.uneven_rotors * (max(shares) - min(shares))
     return min(shares) - margin < fit.values[index][0] < max(shares) + margin
 
 
@@ -270,12 +251,13 @@ def _by_effect(trials: Sequence[Fit]) -> dict[str, Fit]:
 
 def _alike(other: Fit, chosen: Fit, rest: Fit) -> bool:
     """Whether the held-out data do not tell the other from the chosen."""
-    problem = chosen.problem
+    problem, select = chosen.problem, chosen.problem.config.select
     difference = paired(other.loss, chosen.loss)
     gain = difference.mean * len(other.loss)
     whole = float(rest.loss.sum() - chosen.loss.sum())
     expected = problem.worth * problem.measured.size
-    left = max(float(chosen.loss.sum()) - expected, _NOISE_SURE * expected)
-    if gain < max(_TIE_GAIN, min(_TIE_SHARE * whole, left)):
+    left = max(float(chosen.loss.sum()) - expected, select.noise_uncertainty * expected)
+    if gain < max(select.tie_gain, min(select.tie_share * whole, left)):
         return True
-    return difference.t < _TIE_T and gain < max(_UNSURE_GAIN, min(_UNSURE_SHARE * whole, _UNSURE_LEFT * left))
+    unsure = max(select.unsure_gain, min(select.unsure_share * whole, select.unsure_left * left))
+    return difference.t < select.tie_t and gain < unsure

@@ -7,23 +7,23 @@ import numpy as np
 
 from depthsim.flight.log import FlightLog
 from depthsim.gap.flight.data.records import prepare
-from depthsim.gap.flight.findings import Flown
+from depthsim.gap.flight.findings import Findings
 
 _START = 5.0
 """[s] in the air on which a flight's own bias may be found; these then do not count."""
 
 
-def lateral_errors(flown: Flown, logs: Sequence[FlightLog]) -> tuple[float, float, float]:
+def lateral_errors(found: Findings, logs: Sequence[FlightLog]) -> tuple[float, float, float]:
     """RMS of the lateral specific force [m/s²] on other flights of the vehicle, per axis.
 
     Before the causes were added, and after, with the accelerometer's bias of each flight taken out, since a bias
     belongs to one flight: found on all of it, or on its first 5 s in the air, and the rest counts.
     """
-    problem, fit = flown.problem, flown.choice.fit
+    problem, fit = found.problem, found.choice.fit
     settings = replace(fit.settings, bias=())
     squares, counts = np.zeros(3), np.zeros(3)
     for log in logs:
-        records = prepare([log], problem.model.vehicle)
+        records = prepare([log], problem.model.vehicle, problem.config)
         for record in records.parts:
             base = (record.measured - problem.model.predict(record, problem.base))[0, :, :2]
             rest = (record.measured - problem.model.predict(record, settings))[0, :, :2]

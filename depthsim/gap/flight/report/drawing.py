@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from depthsim.gap.flight.data.axes import Axis, axes_of
-from depthsim.gap.flight.findings import Flown
+from depthsim.gap.flight.findings import Findings
 from depthsim.gap.flight.where.localize import profile
 from depthsim.gap.report.drawing import Array, Drawn
 
@@ -41,28 +41,28 @@ class FlightDrawing(Drawn):
     noise: Array
 
 
-def measure_drawing(flown: Flown) -> FlightDrawing:
+def measure_drawing(found: Findings) -> FlightDrawing:
     """Measure what is to be drawn of a diagnosis."""
-    records = flown.problem.records
+    records = found.problem.records
     names = ", ".join(Path(name).name for name in records.files)
     seconds = sum(part.seconds for part in records.parts)
     part = records.parts[0]
     rows = np.arange(min(len(part), int(_LONGEST / part.step)))
     return FlightDrawing(
-        title=f"Flight diagnosis: {flown.problem.model.vehicle.name}",
+        title=f"Flight diagnosis: {found.problem.model.vehicle.name}",
         subtitle=f"{names}; {seconds:.0f} s in the air",
-        axes=tuple(_errors(flown, axis) for axis in axes_of(flown.state) if axis.name in _SHOWN),
+        axes=tuple(_errors(found, axis) for axis in axes_of(found.state, found.problem.config) if axis.name in _SHOWN),
         body_axes=tuple("xyz"[axis] for axis in records.axes),
         time=part.log.t[part.rows[rows]] - part.log.t[part.rows[0]],
-        before=flown.before[rows],
-        after=flown.after[rows],
-        noise=flown.noise,
+        before=found.before[rows],
+        after=found.after[rows],
+        noise=found.noise,
     )
 
 
-def _errors(flown: Flown, axis: Axis) -> AxisErrors:
-    shape = np.sqrt(len(flown.noise))
-    before, after = (profile(r, flown.state, 0 * flown.noise, axis) for r in (flown.before, flown.after))
+def _errors(found: Findings, axis: Axis) -> AxisErrors:
+    shape = np.sqrt(len(found.noise))
+    before, after = (profile(r, found.state, 0 * found.noise, axis) for r in (found.before, found.after))
     return AxisErrors(
         label=f"{axis.name.replace('_', ' ')} [{axis.unit}]",
         middle=tuple(0.5 * (low + high) for low, high, _ in before),

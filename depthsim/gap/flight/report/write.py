@@ -4,7 +4,7 @@ from pathlib import Path
 
 from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.flight.effect import flight_effect
-from depthsim.gap.flight.findings import Flown
+from depthsim.gap.flight.findings import Findings
 from depthsim.gap.flight.report import words
 from depthsim.gap.flight.report.drawing import FlightDrawing, measure_drawing
 from depthsim.gap.flight.report.figures import axes_png, time_png
@@ -16,15 +16,15 @@ VEHICLE, PAGE = "vehicle.yaml", "index.html"
 _TONES: dict[str, Tone] = {"no_gap": "good", "explained": "good", "partly_explained": "fair", "unexplained": "bad"}
 
 
-def write_report(folder: Path, flown: Flown) -> None:
+def write_report(folder: Path, found: Findings) -> None:
     """Write the report into ``folder``; each file appears whole or not at all."""
-    drawing = measure_drawing(flown)
-    page = report_page(flown.diagnosis, drawing)
+    drawing = measure_drawing(found)
+    page = report_page(found.diagnosis, drawing)
     make_folder(folder)
-    write_whole(folder / VEHICLE, flown.vehicle.to_yaml().encode())
+    write_whole(folder / VEHICLE, found.vehicle.to_yaml().encode())
     write_drawing(drawing, folder)
     write_whole(folder / PAGE, page.encode())
-    flown.diagnosis.write(folder)
+    found.diagnosis.write(folder)
 
 
 def report_page(diagnosis: Diagnosis, drawing: FlightDrawing) -> str:

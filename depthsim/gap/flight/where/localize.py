@@ -13,19 +13,16 @@ from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.where.correction import Learned
 
 _PARTS = 4
-_MOST = 6
-_LEAST = 0.05
-"""An axis on which less than this can be learned is not where the gap lies."""
 
 
 def cuts(
     problem: Problem, residual: Floats, state: State, learned: Sequence[Learned], noise: Floats
 ) -> tuple[Cut, ...]:
     """The axes in the order of ``learned``. residual: (n, A) [m/s²]; noise: (A,)."""
-    axes = {axis.name: axis for axis in AXES}
+    axes, limit = {axis.name: axis for axis in AXES}, problem.config.significance
     found: list[Cut] = []
     for one in learned:
-        if one.closed < _LEAST or len(found) == _MOST:
+        if one.closed < limit.least_axis or len(found) == limit.most_axes:
             continue
         if one.axis == "axis":
             found.append(_body_axis(problem, residual, noise, one))
