@@ -45,7 +45,7 @@ from depthsim.parallel import core_count
 from depthsim.raycast import Geometry
 from depthsim.sensor import Frame, Sensor
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.sensor import SATURATED, to_units
+from depthsim.sensor.pipeline import SATURATED, to_depth_raw
 
 SPANS = (3.0, 6.0, 8.0)
 PUBLISHED_R2 = {"cement": 0.71, "formboard": 0.54, "plastic": 0.26}
@@ -82,7 +82,7 @@ def noise_step(eye: Sensor, clean: Geometry, threads: int) -> NDArray[np.uint16]
     )
     for effect in eye.effects:
         effect.apply(frame)
-    return to_units(frame.depth, eye.camera, threads)
+    return to_depth_raw(frame.depth, eye.camera, threads)
 
 
 def numpy_step(clean: Geometry, rng: np.random.Generator) -> NDArray[np.uint16]:

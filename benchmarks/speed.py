@@ -24,10 +24,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import peers, rough_tube
 from benchmarks.measuring import machine, milliseconds, ratio, side_by_side
-from depthsim.generate import DEFAULT_STREAMS, FrameMaker
 from depthsim.materials import load_materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster
+from depthsim.runs.generate import DEFAULT_STREAMS, FrameMaker
 from depthsim.runs.writer import RunWriter
 from depthsim.sensor import Frame, Sensor, load_profile
 from depthsim.sensor.effects.fill_rate import FillRate
@@ -177,7 +177,7 @@ def growth(console: Console, rounds: int, quick: bool) -> None:
         caster, cells = Caster(scene), []
         for width, height in ((424, 240), (848, 480), (1280, 720)):
             camera, pose = rough_tube.camera(width, height), rough_tube.view()
-            clean, paper = Sensor(caster, camera), Sensor(caster, camera, PAPER)
+            clean, paper = Sensor(caster, camera, ()), Sensor(caster, camera, PAPER)
             seconds = side_by_side(
                 {"clean": partial(clean.measure, pose), "paper": partial(paper.measure, pose)}, rounds
             )

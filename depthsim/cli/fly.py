@@ -10,7 +10,7 @@ from depthsim.cli.options import Tags, Units, Up, parse_tags
 from depthsim.errors import InputError
 
 if TYPE_CHECKING:
-    from depthsim.flight.fly import Flight
+    from depthsim.flight.flying import Flight
 
 
 def fly(
@@ -40,8 +40,8 @@ def fly(
     up: Up = None,
 ) -> None:
     """Fly a path: flight.csv, groundtruth.txt, imu.csv and vehicle.yaml, for `depthsim generate --fly`."""
-    from depthsim.flight.fly import fly as take_off
-    from depthsim.flight.fly import refuse_run
+    from depthsim.flight.flying import fly as take_off
+    from depthsim.flight.flying import refuse_run
     from depthsim.flight.imu import GYRO_RATES
     from depthsim.flight.pathspec import resolve_path
     from depthsim.flight.vehicle import load_vehicle

@@ -27,7 +27,7 @@ def reconstruct(
     tag: Annotated[str, typer.Option(help="Material of the mesh, of materials.yaml.")] = "cement",
 ) -> None:
     """Fuse a recording into a mesh, with masks of where it may be trusted: for `diagnose` without a CAD model."""
-    from depthsim.reconstruct import reconstruct as make
+    from depthsim.reconstruction.reconstruct import reconstruct as make
     from depthsim.runs import Run
 
     there = Run.open(run, posed=False)
@@ -56,7 +56,7 @@ def _poses(run: "Run", choice: str | None) -> "Trajectory | None":
         return None
     if choice not in (None, "odometry"):
         return read_tum(Path(str(choice)))
-    from depthsim.slam import estimate
+    from depthsim.odometry import estimate
 
     found = estimate(run, "open3d-odometry")
     if len(found.trajectory) < found.frames:

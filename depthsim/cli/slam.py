@@ -57,8 +57,8 @@ def _need_poses(run: "Run", posed: bool) -> None:
 def _score_file(run: "Run", posed: bool, file: Path, out: Path) -> None:
     import numpy as np
 
-    from depthsim.slam import score
-    from depthsim.slam.results import row_of, write_results
+    from depthsim.odometry import score
+    from depthsim.odometry.results import row_of, write_results
     from depthsim.trajectory import read_tum
 
     _need_poses(run, posed)
@@ -71,9 +71,9 @@ def _score_file(run: "Run", posed: bool, file: Path, out: Path) -> None:
 
 
 def _run(run: "Run", posed: bool, system: str, out: Path) -> None:
+    from depthsim.odometry import estimate, score
+    from depthsim.odometry.results import row_of, write_results
     from depthsim.runs.storing import make_folder, write_whole
-    from depthsim.slam import estimate, score
-    from depthsim.slam.results import row_of, write_results
     from depthsim.trajectory import tum_text
 
     found = estimate(run, system)
@@ -90,8 +90,8 @@ def _run(run: "Run", posed: bool, system: str, out: Path) -> None:
 
 
 def _sweep(run: "Run", posed: bool, systems: list[str] | None, profiles: str, speeds: str, out: Path) -> None:
-    from depthsim.slam import SYSTEMS
-    from depthsim.slam.sweep import sweep
+    from depthsim.odometry import SYSTEMS
+    from depthsim.odometry.sweep import sweep
 
     _need_poses(run, posed)
     try:

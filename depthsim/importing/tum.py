@@ -8,7 +8,7 @@ distortion there): fx fy cx cy below, 5000 units to the metre. The baseline, 75 
 import re
 from pathlib import Path
 
-from depthsim.camera import Camera, load_camera
+from depthsim.camera import Camera, read_camera
 from depthsim.errors import InputError
 from depthsim.importing.options import Imported, ImportOptions
 from depthsim.importing.recording import Recording
@@ -55,7 +55,7 @@ def _camera(source: Path, options: ImportOptions) -> Camera:
     if options.camera is not None:
         return resolve_camera(options.camera)
     if (source / layout.CAMERA).exists():
-        return load_camera(source / layout.CAMERA)
+        return read_camera(source / layout.CAMERA)
     found = re.search(r"freiburg([123])", source.absolute().name)
     if not found:
         mend = "give --camera camera.yaml; a folder named such as rgbd_dataset_freiburg1_xyz needs none"

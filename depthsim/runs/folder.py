@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.camera import Camera, load_camera
+from depthsim.camera import Camera, read_camera
 from depthsim.errors import InputError
 from depthsim.runs import layout
 from depthsim.runs.png import decode_png
@@ -58,7 +58,7 @@ class Run:
         for name, what in ((layout.CAMERA, "the camera's keys"), (layout.GROUND_TRUTH, "the camera's poses")):
             if not (path / name).exists() and (posed or name != layout.GROUND_TRUTH):
                 raise InputError(path / name, "", "is missing from the run", f"write {what} there")
-        camera = load_camera(path / layout.CAMERA)
+        camera = read_camera(path / layout.CAMERA)
         stamps, files, lines = read_list(listed)
         if not files:
             raise InputError(listed, "", "names no frame", "write lines of `timestamp depth/NAME.png`")

@@ -20,7 +20,7 @@ from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.frames import Still, choose_frames
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.regions import region_name, split_scene
-from depthsim.gap.depth.data.simulate import FITTING, Replay, acting
+from depthsim.gap.depth.data.simulate import FITTING, Replay
 from depthsim.materials import Materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster, Geometry
@@ -28,6 +28,7 @@ from depthsim.runs import Run
 from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.motion import Motion
+from depthsim.sensor.pipeline import acting
 
 Counts = NDArray[np.uint32]
 T = TypeVar("T")
@@ -56,7 +57,7 @@ class Evidence:
         self.threads = threads or core_count()
         self.caster = Caster(scene)
         self.motion = Motion.along(run.trajectory, run.truth)
-        self._replay = Replay(self.caster, scene, materials, run.camera, self.motion)
+        self._replay = Replay(self.caster, materials, run.camera, self.motion)
         self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
         self.base = tuple(base)
         self.stride = max(1, round(run.camera.width * run.camera.height / _COUNTED))

@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 
 from depthsim.errors import InputError
 from depthsim.materials import load_materials
+from depthsim.odometry.open3d_images import FUSING, colour_image, depth_image, intrinsic_matrix, quiet_open3d
 from depthsim.raycast import Caster
-from depthsim.reconstruct_mask import trusted
+from depthsim.reconstruction.mask import trusted
 from depthsim.runs import Run, layout
 from depthsim.runs.png import encode_png
 from depthsim.runs.storing import FolderLock, write_whole
 from depthsim.runs.whole import whole_folder
 from depthsim.scene import Scene
 from depthsim.scenefile.save import save_scene
-from depthsim.slam.open3d_images import FUSING, colour_image, depth_image, intrinsic_matrix, quiet_open3d
 from depthsim.trajectory import Trajectory, tum_text
 
 TRUNCATION = 4.0
