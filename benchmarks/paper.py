@@ -40,7 +40,7 @@ from benchmarks.paper_wall import (
     real_d435,
     sensor,
 )
-from depthsim.material_fit import fit_material
+from depthsim.material_fit import fit_points
 from depthsim.parallel import core_count
 from depthsim.raycast import Geometry
 from depthsim.sensor import Frame, Sensor
@@ -111,7 +111,7 @@ def r2_table(series: dict[str, Series]) -> Table:
     for tag in series:
         values = [r2(real_d435(d), law(tag, d)) for d in spans]
         table.add_row(f"{tag}'s law on a real D435's d²", f"{M[tag]:.2f}", *(f"{value:.2f}" for value in values), "")
-    fits = [fit_material(d, real_d435(d)) for d in spans]
+    fits = [fit_points(d, real_d435(d)) for d in spans]
     table.add_row("m refitted to a real D435's d²", "", *(f"{fit.r2:.2f} (m {fit.m:.2f})" for fit in fits), "")
     return table
 

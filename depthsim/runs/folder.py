@@ -41,7 +41,7 @@ class Run:
     meta: dict[str, Any]
 
     @classmethod
-    def open(cls, path: Path, *, posed: bool = True) -> "Run":
+    def open(cls, path: str | Path, *, posed: bool = True) -> "Run":
         """Open a run folder. Raises :class:`InputError` for what is missing, malformed or unfinished.
 
         posed: False takes a recording without groundtruth.txt, too; its camera then stands at the origin.
@@ -194,6 +194,11 @@ class Run:
         if picture.dtype != np.uint8 or picture.ndim not in dimensions:
             raise InputError(file, "", f"is {_kind(picture)}, not {kind}", f"write {stream} as {kind} PNG")
         return picture.astype(np.uint8, copy=False)
+
+
+def open_run(run: str | Path | Run, *, posed: bool = True) -> Run:
+    """A run by its folder, as :meth:`Run.open` opens it; a :class:`Run` stays as it is."""
+    return run if isinstance(run, Run) else Run.open(Path(run), posed=posed)
 
 
 def gap_remarks(truth: Trajectory, stamps: NDArray[np.float64]) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from depthsim.flight.log import FlightLog
+from depthsim.flight.nanobench import read_any
 from depthsim.flight.vehicle import Vehicle, load_vehicle
 from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.flight.diagnose import examine
@@ -33,12 +34,11 @@ def diagnose_flight(
     vehicle.yaml and index.html; nothing is written if not given. without: effects that are left out of the bank.
     seed: of the bootstrap; the same seed gives the same result. Raises :class:`~depthsim.errors.InputError`.
     """
-    from depthsim.flight.nanobench import read_any
-
     given = [logs] if isinstance(logs, (FlightLog, str, Path)) else list(logs)
-    flights = [log if isinstance(log, FlightLog) else read_any(log, drop_unmeasured=True) for log in given]
-    craft = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
+    flights = [read_any(log, drop_unmeasured=True) for log in given]
+    craft = load_vehicle(vehicle)
     flown = examine(flights, craft, without, seed)
     if out is not None:
         write_report(Path(out), flown)
+        return flown.diagnosis.in_report(out)
     return flown.diagnosis

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -232,8 +231,3 @@ class Evidence:
             )  # fmt: skip
 
         self.each(cut, frames)
-
-
-def open_run(run: Path | Run) -> Run:
-    """A run, from its folder where it is not open yet."""
-    return run if isinstance(run, Run) else Run.open(Path(run))
