@@ -27,8 +27,8 @@ from depthsim.runs import Run
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Profile, Sensor, load_profile
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.sensor import SATURATED
-from depthsim.trajectory import resolve_trajectory
+from depthsim.sensor.pipeline import SATURATED
+from depthsim.trajectory import load_trajectory
 
 Array = NDArray[np.float64]
 WINDOW = 25
@@ -63,7 +63,7 @@ def floor_frames(run: Run, profile: Profile | None, indices: Iterable[int]) -> l
     sensor, frames = Sensor(caster, camera, profile.effects if profile else ()), []
     for index in indices:
         made = sensor.measure(run.poses[index], index=index, stamp=float(run.stamps[index]), motion=motion)
-        units = made.units if profile else run.depth_raw(index)
+        units = made.depth_raw if profile else run.depth_raw(index)
         mask, clean = run.mask(index) & made.clean.hit, made.clean.depth.astype(float)
         valid = (units > 0) & (units < SATURATED)
         disparity = np.where(valid, camera.focal_baseline / np.maximum(units * camera.depth_scale, 1e-9), 0)
@@ -197,10 +197,10 @@ def edge_figures(pictures: list[Array]) -> dict[str, float]:
 def office(profile: Profile, count: int) -> list[Array]:
     """Disparity pictures of the office, 640x480."""
     scene, camera = load_scene("office"), preset("d435", 640, 480)
-    sensor, path = Sensor(Caster(scene), camera, profile.effects), resolve_trajectory(None, scene, camera.rate)
+    sensor, path = Sensor(Caster(scene), camera, profile.effects), load_trajectory(None, scene, camera.rate)
     made = []
     for index in np.linspace(0, len(path) - 1, count).astype(int):
-        depth = sensor.measure(path.matrices()[index], index=int(index), motion=Motion.along(path)).units * 1e-3
+        depth = sensor.measure(path.matrices()[index], index=int(index), motion=Motion.along(path)).depth_raw * 1e-3
         made.append(np.where(depth > 0, camera.focal_baseline / np.maximum(depth, 1e-9), 0))
     return made
 

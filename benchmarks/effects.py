@@ -28,7 +28,7 @@ from depthsim.scenefile import load_scene
 from depthsim.sensor import Effect, Sensor, effect_class, effect_ids, load_profile
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.sensor import Measurement
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 
 AIM = 4.0
 
@@ -42,7 +42,7 @@ def main() -> None:
     parser.add_argument("--scene", default="office")
     options = parser.parse_args()
     scene, camera = load_scene(options.scene), preset("d435", 848, 480)
-    path, caster = resolve_trajectory(None, scene, camera.rate), Caster(scene)
+    path, caster = load_trajectory(None, scene, camera.rate), Caster(scene)
     motion, middle = Motion.along(path), len(path) // 3
     pose, stamp = path.matrices()[middle], float(path.stamps[middle])
 

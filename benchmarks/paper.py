@@ -40,12 +40,12 @@ from benchmarks.paper_wall import (
     real_d435,
     sensor,
 )
-from depthsim.material_fit import fit_material
+from depthsim.material_fit import fit_points
 from depthsim.parallel import core_count
 from depthsim.raycast import Geometry
 from depthsim.sensor import Frame, Sensor
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.sensor import SATURATED, to_units
+from depthsim.sensor.pipeline import SATURATED, to_depth_raw
 
 SPANS = (3.0, 6.0, 8.0)
 PUBLISHED_R2 = {"cement": 0.71, "formboard": 0.54, "plastic": 0.26}
@@ -82,7 +82,7 @@ def noise_step(eye: Sensor, clean: Geometry, threads: int) -> NDArray[np.uint16]
     )
     for effect in eye.effects:
         effect.apply(frame)
-    return to_units(frame.depth, eye.camera, threads)
+    return to_depth_raw(frame.depth, eye.camera, threads)
 
 
 def numpy_step(clean: Geometry, rng: np.random.Generator) -> NDArray[np.uint16]:
@@ -111,7 +111,7 @@ def r2_table(series: dict[str, Series]) -> Table:
     for tag in series:
         values = [r2(real_d435(d), law(tag, d)) for d in spans]
         table.add_row(f"{tag}'s law on a real D435's d²", f"{M[tag]:.2f}", *(f"{value:.2f}" for value in values), "")
-    fits = [fit_material(d, real_d435(d)) for d in spans]
+    fits = [fit_points(d, real_d435(d)) for d in spans]
     table.add_row("m refitted to a real D435's d²", "", *(f"{fit.r2:.2f} (m {fit.m:.2f})" for fit in fits), "")
     return table
 

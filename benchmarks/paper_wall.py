@@ -12,7 +12,8 @@ from depthsim.presets import PRESETS
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
 from depthsim.sensor import Sensor, load_profile
-from depthsim.sensor.sensor import SATURATED, Measurement
+from depthsim.sensor.pipeline import SATURATED
+from depthsim.sensor.sensor import Measurement
 
 Floats = NDArray[np.float64]
 
@@ -83,9 +84,9 @@ def measure(tag: str, distances: Floats) -> Series:
 
 
 def _statistics(frame: Measurement, unit: float) -> tuple[float, float, float]:
-    returned = (frame.units > 0) & (frame.units < SATURATED)
-    error = frame.units[returned] * unit - frame.clean.depth[returned].astype(np.float64)
-    return float(error.std()), float((frame.units == 0).mean()), float((frame.units == SATURATED).mean())
+    returned = (frame.depth_raw > 0) & (frame.depth_raw < SATURATED)
+    error = frame.depth_raw[returned] * unit - frame.clean.depth[returned].astype(np.float64)
+    return float(error.std()), float((frame.depth_raw == 0).mean()), float((frame.depth_raw == SATURATED).mean())
 
 
 def r2(data: Floats, model: Floats) -> float:

@@ -28,10 +28,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks import rough_tube
 from benchmarks.measuring import Work, least_cpu, machine, milliseconds, ratio, side_by_side
 from benchmarks.speed_cast import Measure, cast_every_scene, instruction_sets
-from depthsim.generate import DEFAULT_STREAMS, FrameMaker
 from depthsim.materials import load_materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster
+from depthsim.runs.generate import DEFAULT_STREAMS, FrameMaker
 from depthsim.runs.writer import RunWriter
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
@@ -39,7 +39,7 @@ from depthsim.sensor import Frame, Sensor, load_profile
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.material_noise import MaterialNoise
 from depthsim.sensor.motion import Motion
-from depthsim.trajectory import Trajectory, resolve_trajectory
+from depthsim.trajectory import Trajectory, load_trajectory
 
 PAPER = (MaterialNoise(), FillRate())
 
@@ -88,7 +88,7 @@ def against_peers(console: Console, results: Results, measure: Measure) -> None:
 def sensor_over_clean(results: Results, measure: Measure) -> None:
     """The paper's sensor and the D435's against the clean cast, and the noise step against plain NumPy."""
     office = load_scene("office")
-    poses = resolve_trajectory(None, office, 30).matrices()
+    poses = load_trajectory(None, office, 30).matrices()
     _sensor_over_clean(results, measure, office, poses[len(poses) // 3])
     _sensor_over_clean(results, measure, rough_tube.tube(300_000), rough_tube.view())
 
@@ -204,7 +204,7 @@ def growth(console: Console, rounds: int, quick: bool) -> None:
         caster, cells = Caster(scene), []
         for width, height in ((424, 240), (848, 480), (1280, 720)):
             camera, pose = rough_tube.camera(width, height), rough_tube.view()
-            clean, paper = Sensor(caster, camera), Sensor(caster, camera, PAPER)
+            clean, paper = Sensor(caster, camera, ()), Sensor(caster, camera, PAPER)
             seconds = side_by_side(
                 {"clean": partial(clean.measure, pose), "paper": partial(paper.measure, pose)}, rounds
             )

@@ -19,7 +19,7 @@ from benchmarks.measuring import Work, milliseconds, ratio
 from depthsim.raycast import Caster, embree
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 
 SHIPPED = ("office", "tunnel", "corridor", "race", "forest", "wall")
 PEERS = ("bare loop", "Open3D", "Mitsuba")
@@ -30,7 +30,7 @@ def views() -> Iterator[tuple[Scene, NDArray[np.float64]]]:
     """The six shipped scenes a third of the way along their first trajectory, the tube of 300k faces and the box."""
     for name in SHIPPED:
         scene = load_scene(name)
-        poses = resolve_trajectory(None, scene, 30).matrices()
+        poses = load_trajectory(None, scene, 30).matrices()
         yield scene, poses[len(poses) // 3]
     yield rough_tube.tube(300_000), rough_tube.view()
     yield rough_tube.box(), rough_tube.view()

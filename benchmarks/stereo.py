@@ -23,13 +23,12 @@ from benchmarks import stereo_figures as figures
 from benchmarks.measuring import machine, milliseconds, side_by_side
 from depthsim.camera import Camera
 from depthsim.presets import preset
-from depthsim.raycast import Caster
 from depthsim.runs.png import decode_png
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
+from depthsim.sensor import Sensor
 from depthsim.stereo.matcher import Matcher
-from depthsim.stereo.sensor import StereoSensor
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "data" / "d435_floor"
 CAMERA = Camera(width=640, height=480, fx=383.8, fy=383.8, cx=321.7, cy=236.8, baseline=0.04986)
@@ -68,7 +67,7 @@ def disparity_of(depth: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def simulate(scene: Scene, count: int = 1) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
     """Measured and true disparity of frames from the origin."""
-    sensor = StereoSensor(Caster(scene), CAMERA)
+    sensor = Sensor(scene, CAMERA, "active_stereo")
     found = [sensor.measure(np.eye(4), index=index) for index in range(count)]
     return [(disparity_of(one.depth), disparity_of(one.clean.depth)) for one in found]
 
@@ -126,8 +125,8 @@ def real_rows() -> dict[str, str]:
 
 def office() -> list[NDArray[np.float32]]:
     scene = load_scene("office")
-    poses = resolve_trajectory(None, scene, 30.0, None).matrices()
-    sensor = StereoSensor(Caster(scene), CAMERA)
+    poses = load_trajectory(None, scene, 30.0, None).matrices()
+    sensor = Sensor(scene, CAMERA, "active_stereo")
     return [
         disparity_of(sensor.measure(poses[at], index=at).depth) for at in np.linspace(0, len(poses) - 1, 6, dtype=int)
     ]
@@ -154,8 +153,8 @@ def simulated_rows() -> dict[str, str]:
 def times(rounds: int, console: Console) -> None:
     """Milliseconds of an 848x480 frame, and of OpenCV's semi-global matcher where it is installed."""
     scene, camera = load_scene("office"), preset("d435")
-    pose = resolve_trajectory(None, scene, 30.0, None).matrices()[0]
-    sensor, matcher = StereoSensor(Caster(scene), camera), Matcher()
+    pose = load_trajectory(None, scene, 30.0, None).matrices()[0]
+    sensor, matcher = Sensor(scene, camera, "active_stereo"), Matcher()
     frame = sensor.measure(pose)
     works = {
         "a frame, one thread": lambda: sensor.measure(pose, threads=1),

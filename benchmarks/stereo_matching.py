@@ -32,7 +32,7 @@ from depthsim.scenefile import load_scene
 from depthsim.stereo.matcher import Matcher
 from depthsim.stereo.render import Renderer
 from depthsim.stereo.settings import ActiveStereo, Light, Projector
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 
 Image = NDArray[np.float64]
 Pair = tuple[Image, Image]
@@ -79,7 +79,7 @@ def pairs(camera: Camera, views: int, scenes: tuple[str, ...]) -> Iterator[tuple
     """Light, pair, disparity, and where both imagers see the surface."""
     for name in scenes:
         scene = load_scene(name)
-        caster, poses = Caster(scene), resolve_trajectory(None, scene, 30.0).matrices()
+        caster, poses = Caster(scene), load_trajectory(None, scene, 30.0).matrices()
         for light, settings in LIGHTS.items():
             renderer = Renderer(caster, camera, settings, load_materials())
             for at in np.linspace(0, len(poses) - 1, views + 1)[:-1].astype(int):

@@ -100,7 +100,7 @@ class Camera(BaseModel):
         return yaml.safe_dump(keys, sort_keys=False)
 
 
-def load_camera(path: Path) -> Camera:
+def read_camera(path: Path) -> Camera:
     """Read camera.yaml."""
     return read_model(Camera, path, "a camera.yaml")
 

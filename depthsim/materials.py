@@ -38,9 +38,11 @@ class Materials(RootModel[dict[str, Material]]):
         return sorted(self.root)
 
 
-def load_materials(path: Path | None = None) -> Materials:
-    """The materials of a file, or the ones that come with depthsim."""
-    path = path or resource("materials.yaml")
+def load_materials(choice: str | Path | Materials | None = None) -> Materials:
+    """The materials of a file, or the ones that come with depthsim; :class:`Materials` stay as they are."""
+    if isinstance(choice, Materials):
+        return choice
+    path = Path(choice) if choice is not None else resource("materials.yaml")
     materials = read_model(Materials, path, "a materials file")
     if not materials.root:
         raise InputError(path, "", "names no material", "write entries such as `cement: {m: 0.35, source: ...}`")

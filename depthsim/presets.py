@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from depthsim.camera import Camera, load_camera
+from depthsim.camera import Camera, read_camera
 from depthsim.errors import InputError
 from depthsim.yamlfile import beside, validate
 
@@ -192,6 +192,23 @@ def preset(name: str, width: int | None = None, height: int | None = None, rate:
     return PRESETS[name.lower()].camera(width, height, rate)
 
 
+def load_camera(
+    camera: str | Path | Camera, width: int | None = None, height: int | None = None, rate: float | None = None
+) -> Camera:
+    """A camera: the name of a preset (``d435``), the path of a camera.yaml, or a :class:`Camera`, which stays as it is.
+
+    width, height: [px] of a preset, the recommended ones by default. rate: [Hz] in place of the camera's own.
+    Raises :class:`InputError`, also where another size is asked of a camera that is no preset.
+    """
+    if isinstance(camera, str) and camera.lower() in PRESETS:
+        return preset(camera, width, height, rate)
+    if width is not None or height is not None:
+        name = camera.name if isinstance(camera, Camera) else str(camera)
+        raise InputError(name, "", "has a size of its own", f"only presets have several: {', '.join(PRESETS)}")
+    found = camera if isinstance(camera, Camera) else resolve_camera(camera)
+    return found if rate is None else found.model_copy(update={"rate": rate})
+
+
 def resolve_camera(value: Any, file: Path | None = None, place: str = "camera") -> Camera:
     """A camera from what a user writes: the name of a preset, the path of a camera.yaml, or its keys.
 
@@ -202,6 +219,6 @@ def resolve_camera(value: Any, file: Path | None = None, place: str = "camera") 
     if isinstance(value, str) and value.lower() in PRESETS:
         return preset(value)
     if isinstance(value, str | Path) and Path(value).suffix.lower() in (".yaml", ".yml"):
-        return load_camera(beside(file, str(value), place) if file else Path(value))
+        return read_camera(beside(file, str(value), place) if file else Path(value))
     mend = f"name one of {', '.join(PRESETS)}, a camera.yaml, or write its keys"
     raise InputError(file or place, place if file else "", f"{value!r} is no camera", mend)

@@ -13,11 +13,11 @@ from depthsim.gap import investigate
 from depthsim.gap.depth.report.figures import pictures
 from depthsim.gap.report.terminal import show
 from depthsim.gap.report.words import Origin
-from depthsim.generate import generate
 from depthsim.presets import preset
+from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 
 OUT = Path(__file__).resolve().parent / "pictures"
 TRUTH = """
@@ -35,7 +35,7 @@ def main() -> None:
         run, truth = Path(folder) / "run", Path(folder) / "truth.yaml"
         truth.write_text(TRUTH)
         scene, camera = load_scene("office"), preset("d435", 424, 240).model_copy(update={"rate": 3.0})
-        path = resolve_trajectory("tour", scene, camera.rate, 40)
+        path = load_trajectory("tour", scene, camera.rate, 40)
         generate(scene, path, camera, load_profile(truth), run, streams=("depth",))
         found = investigate(run, sensor="paper")
         for name, picture in pictures(found).items():

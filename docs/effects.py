@@ -19,7 +19,7 @@ from depthsim.runs.terminal import depth_span, turbo
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Effect, Sensor, Stage, effect_class, effect_ids, parameters_of
 from depthsim.sensor.motion import Motion
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 
 OUT = Path(__file__).resolve().parent
 PICTURES = OUT / "pictures" / "effects"
@@ -117,7 +117,7 @@ class Studio:
 
     def __init__(self) -> None:
         self.scene, self.camera = load_scene("office"), preset("d435", *SIZE)
-        path = resolve_trajectory(None, self.scene, self.camera.rate)
+        path = load_trajectory(None, self.scene, self.camera.rate)
         self.index = int(MOMENT * (len(path) - 1))
         self.stamp, self.pose = float(path.stamps[self.index]), path.matrices()[self.index]
         self.caster, self.motion = Caster(self.scene), Motion.along(path)

@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from depthsim.generate import generate
+from depthsim.intensity import intensity_image
 from depthsim.materials import load_materials
 from depthsim.presets import preset
 from depthsim.raycast import Caster
 from depthsim.runs import Run
+from depthsim.runs.generate import generate
 from depthsim.runs.preview import preview
 from depthsim.runs.terminal import depth_span, turbo
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Sensor, load_profile
-from depthsim.sensor.intensity import intensity_image
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 from viewer.colours import material_colours
 
 SCENES = ("office", "tunnel", "corridor", "race", "forest", "wall")
@@ -31,7 +31,7 @@ def one_of_each() -> Image.Image:
     rows, known = [], load_materials()
     for name in SCENES:
         scene, camera = load_scene(name), preset("d435", 848, 480)
-        poses = resolve_trajectory(None, scene, camera.rate).matrices()
+        poses = load_trajectory(None, scene, camera.rate).matrices()
         pose = poses[int(_MOMENT[name] * (len(poses) - 1))]
         sensor = Sensor(Caster(scene), camera, load_profile("paper").effects)
         measured = sensor.measure(pose)
@@ -68,7 +68,7 @@ def main() -> None:
     one_of_each().save(OUT / "scenes.png", optimize=True)
     with tempfile.TemporaryDirectory() as folder:
         scene, profile, camera = load_scene("office"), load_profile("paper"), preset("d435")
-        path = resolve_trajectory(None, scene, camera.rate, 300)
+        path = load_trajectory(None, scene, camera.rate, 300)
         generate(scene, path, camera, profile, Path(folder) / "office")
         preview(Run.open(Path(folder) / "office"), OUT / "office.png")
     print(f"{OUT}: scenes.png and office.png", file=sys.stderr)

@@ -7,21 +7,21 @@ from pathlib import Path
 import numpy as np
 
 from depthsim.errors import InputError
-from depthsim.generate import generate
+from depthsim.odometry import SYSTEMS, estimate, score
+from depthsim.odometry.results import put_row, read_rows, row_of
+from depthsim.odometry.sweep import noise_of
+from depthsim.odometry.sweep_plot import COLOURS
+from depthsim.odometry.systems import DEPTH_MAX as DEPTH_RANGE
 from depthsim.presets import preset
 from depthsim.raycast import Caster
-from depthsim.reconstruct import TRUNCATION, fuse
-from depthsim.reconstruct_mask import trusted
+from depthsim.reconstruction.mask import trusted
+from depthsim.reconstruction.reconstruct import TRUNCATION, fuse
 from depthsim.runs import Run
+from depthsim.runs.generate import generate
 from depthsim.runs.storing import write_whole
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.slam import SYSTEMS, estimate, score
-from depthsim.slam.results import put_row, read_rows, row_of
-from depthsim.slam.sweep import noise_of
-from depthsim.slam.sweep_plot import COLOURS
-from depthsim.slam.systems import DEPTH_MAX as DEPTH_RANGE
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 
 OUT = Path(__file__).resolve().parent
 SCENES = ("office", "tunnel", "corridor")
@@ -36,7 +36,7 @@ def runs(folder: Path) -> dict[tuple[str, str], Run]:
     made = {}
     for name in SCENES:
         scene, camera = load_scene(name), preset("d435", *SIZE)
-        path = resolve_trajectory(None, scene, camera.rate, FRAMES)
+        path = load_trajectory(None, scene, camera.rate, FRAMES)
         for profile in PROFILES:
             out = folder / f"{name}_{profile}"
             generate(scene, path, camera, load_profile(profile), out)
@@ -166,9 +166,9 @@ Made by `docs/slam.py`; do not edit the figures.
 ## How error follows noise
 
 The first {FRAMES / 30:g} s ({FRAMES} frames at 30 Hz) of the default trajectories, {SIZE[0]}x{SIZE[1]}, geometry of a
-D435, seed 0. Each system has one set of settings for all scenes, in its file in `depthsim/slam/`, with what was tried;
-kiss-icp is given 10 frames a second. In each cell the absolute trajectory error (rigid alignment, root mean square) and
-the mean drift over stretches of a metre of the true path, both by evo.
+D435, seed 0. Each system has one set of settings for all scenes, in its file in `depthsim/odometry/`, with what was
+tried; kiss-icp is given 10 frames a second. In each cell the absolute trajectory error (rigid alignment, root mean
+square) and the mean drift over stretches of a metre of the true path, both by evo.
 
 {table_text(table)}
 

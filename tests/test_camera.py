@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from depthsim.camera import Camera, _jacobian, distort, load_camera, undistort
+from depthsim.camera import Camera, _jacobian, distort, read_camera, undistort
 from depthsim.errors import InputError
 
 YAML = {"width": 64, "height": 48, "fx": 50.0, "fy": 52.0, "cx": 31.5, "cy": 23.5, "baseline": 0.05}
@@ -170,7 +170,7 @@ def test_broken_files_have_one_line(tmp_path: Path, text: str, words: str) -> No
     path = tmp_path / "camera.yaml"
     path.write_text(text)
     with pytest.raises(InputError) as error:
-        load_camera(path)
+        read_camera(path)
     line = str(error.value)
     assert "\n" not in line
     assert words in line
@@ -178,7 +178,7 @@ def test_broken_files_have_one_line(tmp_path: Path, text: str, words: str) -> No
 
 def test_a_missing_file_says_so(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file; give the path of a camera"):
-        load_camera(tmp_path / "camera.yaml")
+        read_camera(tmp_path / "camera.yaml")
 
 
 def test_equal_cameras_are_equal_after_their_rays_were_made() -> None:

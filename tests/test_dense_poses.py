@@ -21,19 +21,19 @@ from depthsim.errors import InputError
 from depthsim.exporting import export
 from depthsim.gap import investigate
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.generate import generate
 from depthsim.importing import import_recording
 from depthsim.materials import load_materials
+from depthsim.odometry.results import read_rows
+from depthsim.odometry.sweep import faster
 from depthsim.raycast import Caster
 from depthsim.runs import Run, RunWriter
+from depthsim.runs.generate import generate
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
 from depthsim.scenefile.save import save_scene
 from depthsim.sensor import Effect, Sensor, effect_ids, load_profile
 from depthsim.sensor.effects.rolling_shutter import RollingShutter
 from depthsim.sensor.motion import Motion
-from depthsim.slam.results import read_rows
-from depthsim.slam.sweep import faster
 from depthsim.trajectory import Trajectory, write_tum
 from qa.trees import tree
 
@@ -75,7 +75,7 @@ def record(folder: Path, room: Scene, effects: tuple[Effect, ...] = (), late: fl
     sensor = Sensor(Caster(room), CAMERA, effects)
     with RunWriter(folder, CAMERA, path_of(STAMPS), {"made_by": "a camera", "tags": list(room.tags)}) as writer:
         for index, pose in enumerate(poses_at(STAMPS + late)):
-            writer.write_frame(index, {"depth": sensor.measure(pose, index=index, seed=91, threads=1).units})
+            writer.write_frame(index, {"depth": sensor.measure(pose, index=index, seed=91, threads=1).depth_raw})
         save_scene(room, folder)
         writer.finish()
     write_tum(path_of(DENSE), folder / "groundtruth.txt")

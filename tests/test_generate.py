@@ -15,13 +15,13 @@ from rooms import ROOM
 
 from depthsim.camera import Camera
 from depthsim.errors import InputError
-from depthsim.generate import generate
 from depthsim.materials import Material, Materials
 from depthsim.open3d_loader import load_open3d
 from depthsim.runs import Run
+from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 from qa.trees import tree
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -42,7 +42,7 @@ def room(tmp_path: Path) -> Path:
 
 def make(room: Path, out: Path, threads: int = 2, profile: str = "paper", frames: int = 12, seed: int = 7) -> Path:
     scene = load_scene(room, materials=MATERIALS)
-    path = resolve_trajectory("circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward", scene, 30, frames)
+    path = load_trajectory("circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward", scene, 30, frames)
     generate(scene, path, CAMERA, load_profile(profile), out, materials=MATERIALS, seed=seed, threads=threads)
     return out
 
@@ -97,7 +97,7 @@ def test_like_gives_the_same_bytes_where_effects_follow_time(room: Path, tmp_pat
     profile = tmp_path / "timed.yaml"
     profile.write_text(TIMED)
     scene, fine = load_scene(room, materials=MATERIALS), CAMERA.model_copy(update={"depth_scale": 1e-4})
-    path = resolve_trajectory("circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward", scene, 30, 12)
+    path = load_trajectory("circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward", scene, 30, 12)
     first = tmp_path / "first"
     generate(scene, path, fine, load_profile(profile), first, materials=MATERIALS, seed=7)
     again = generate(

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from depthsim.camera import load_camera
+from depthsim.camera import read_camera
 from depthsim.errors import InputError
 from depthsim.presets import DISPARITIES, MODES, PRESETS, preset, resolve_camera
 
@@ -61,7 +61,7 @@ def test_vga_is_a_crop_of_the_full_height() -> None:
 def test_a_unit_in_hand_is_within_the_lens_tolerance() -> None:
     if not (FLOOR / "camera.yaml").exists():
         pytest.skip("needs ../shared/data/d435_floor")
-    unit, nominal = load_camera(FLOOR / "camera.yaml"), preset("d435", 640, 480)
+    unit, nominal = read_camera(FLOOR / "camera.yaml"), preset("d435", 640, 480)
     assert 1.04 < nominal.fx / unit.fx < 1.06
     assert abs(angle(1280, nominal.fx / 0.6) - angle(1280, unit.fx / 0.6)) < 3.1
     assert nominal.baseline == pytest.approx(unit.baseline, rel=0.01)

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from depthsim.cli import app
 from depthsim.errors import InputError
 from depthsim.raycast import Caster
-from depthsim.reconstruct import fuse, reconstruct
+from depthsim.reconstruction.reconstruct import fuse, reconstruct
 from depthsim.runs import Run, RunWriter
 from depthsim.scenefile import load_scene
 from depthsim.trajectory import Trajectory

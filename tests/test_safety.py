@@ -19,7 +19,7 @@ from depthsim.material_fit.captures import find_captures
 from depthsim.runs import Run
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 from depthsim.yamlfile import beside
 
 ROOT = Path(__file__).parents[1]
@@ -130,7 +130,7 @@ def test_scene_files_stay_in_their_folder(told, tmp_path):
     shutil.copy(tmp_path / "secret.obj", tmp_path / "in" / "own.obj")
     scene.write_text(json.dumps({"meshes": [{"file": "own.obj"}], "trajectories": {"a": {"file": told(".txt")}}}))
     with refused():
-        resolve_trajectory("a", load_scene(scene))
+        load_trajectory("a", load_scene(scene))
     (tmp_path / "in" / "scene.gltf").write_text(gltf(buffers=[{"byteLength": 44, "uri": told(".bin")}]))
     with refused():
         load_scene(tmp_path / "in" / "scene.gltf", tags={"*": "cement"})
@@ -147,7 +147,7 @@ def test_profiles_paths_winds_and_flights_stay_in_their_folder(told, tmp_path):
         load_profile(file)
     file.write_text(json.dumps({"file": told(".txt")}))
     with refused():
-        resolve_trajectory(file, rate=10)
+        load_trajectory(file, rate=10)
     file.write_text(json.dumps({"kind": "field", "file": told(".csv")}))
     with refused():
         resolve_wind(str(file))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from depthsim.kernels import kernel
 from depthsim.parallel import core_count, split
-from depthsim.sensor.sensor import SATURATED
+from depthsim.sensor.pipeline import SATURATED
 from viewer.paint import Painted
 from viewer.shot import Shot
 
@@ -30,13 +30,13 @@ def make_cloud(shot: Shot, painted: Painted, one_in: int = 1, *, with_holes: boo
 
     with_holes: pixels without a return are shown too, where their surface is.
     """
-    height, width = shot.units.shape
+    height, width = shot.depth_raw.shape
     shift = max(1, round(_GOLDEN * one_in)) if one_in > 1 else 0
     clean = shot.clean if shot.clean is not None else np.zeros((height, width), np.float32)
     depth = np.empty((height, width), np.float32)
     counts = np.zeros(height, np.int64)
     scale, threads = _f(shot.camera.depth_scale), core_count()
-    split(_depths, height, threads, shot.units, scale, clean, with_holes, one_in, shift, depth, counts)
+    split(_depths, height, threads, shot.depth_raw, scale, clean, with_holes, one_in, shift, depth, counts)
     begins = np.concatenate([[0], np.cumsum(counts)])
     points = np.empty((begins[-1], 3), np.float32)
     rgb = np.empty((begins[-1], 3), np.uint8)

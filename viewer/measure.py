@@ -6,10 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
-from depthsim.generate import open_sensor
 from depthsim.sensor import Profile, Sensor
 from depthsim.sensor.motion import Motion
-from depthsim.stereo.sensor import StereoSensor
 from viewer.shot import Shot
 from viewer.stage import Stage
 
@@ -29,19 +27,19 @@ class LiveSensor:
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
-        self._made: tuple[Profile, Camera, Sensor | StereoSensor] | None = None
+        self._made: tuple[Profile, Camera, Sensor] | None = None
 
     def measure(self, profile: Profile, camera: Camera, seed: int, moment: Moment) -> Shot:
         """One frame. Raises :class:`~depthsim.errors.InputError` for a profile that cannot be."""
         if self._stage.caster is None:
             raise ValueError("there is no scene to measure in")
         if self._made is None or self._made[:2] != (profile, camera):
-            sensor = open_sensor(profile, self._stage.caster, camera, self._stage.materials)
+            sensor = Sensor(self._stage.caster, camera, profile, self._stage.materials)
             self._made = profile, camera, sensor
         measured = self._made[2].measure(
             moment.pose, index=moment.index, stamp=moment.stamp, seed=seed, motion=moment.motion
         )
-        return Shot(camera, moment.pose, measured.units, measured.clean.depth, measured.clean.tag)
+        return Shot(camera, moment.pose, measured.depth_raw, measured.clean.depth, measured.clean.tag)
 
 
 def recorded(stage: Stage, index: int) -> Shot:
@@ -59,4 +57,4 @@ def without_sensor(shot: Shot) -> Shot:
     """The same frame as a perfect camera has it; ``shot`` must know its clean depth."""
     assert shot.clean is not None
     stored = np.minimum(np.rint(shot.clean / np.float32(shot.camera.depth_scale)), 65535).astype(np.uint16)
-    return replace(shot, units=stored)
+    return replace(shot, depth_raw=stored)

@@ -12,7 +12,7 @@ from depthsim.runs import Run
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 from viewer.report import is_report, load_report, load_shares, locate
 from viewer.stage import Stage
 
@@ -48,7 +48,7 @@ def open_stage(
         return _open_run(folder, sensor or "paper", known, load)
     scene, profile = load(what), load_profile(sensor or "paper")
     camera = profile.camera or preset("d435")
-    path = resolve_trajectory(trajectory, scene, camera.rate)
+    path = load_trajectory(trajectory, scene, camera.rate)
     return Stage(folder.name or str(what), known, path, camera, profile, scene)
 
 

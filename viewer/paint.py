@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from depthsim.kernels import kernel
 from depthsim.materials import Materials
 from depthsim.parallel import core_count, split
-from depthsim.sensor.sensor import SATURATED
+from depthsim.sensor.pipeline import SATURATED
 from viewer import colours
 from viewer.shot import Shot
 
@@ -55,7 +55,7 @@ class Span:
 
     def fitted(self, shot: Shot) -> "Span":
         """A span of round numbers that fits a frame; this one where it still does, so that colours stay put."""
-        seen = shot.units[::4, ::4]
+        seen = shot.depth_raw[::4, ::4]
         scale = shot.camera.depth_scale
         back = (seen > 0) & (seen < SATURATED)
         if not back.any():
@@ -103,18 +103,18 @@ class Painted:
 
 def paint(shot: Shot, how: Colouring, span: Span, tags: tuple[str, ...], materials: Materials) -> Painted:
     """The colours of a frame. Where a frame has no clean depth or no materials, those colourings show its depth."""
-    index = np.empty(shot.units.shape, np.uint8)
+    index = np.empty(shot.depth_raw.shape, np.uint8)
     if how == "error" and shot.clean is not None:
         scale, per_metre = _f(shot.camera.depth_scale), _f(127.5 / span.error)
-        _run(_by_error, index, shot.units, scale, shot.clean, per_metre)
+        _run(_by_error, index, shot.depth_raw, scale, shot.clean, per_metre)
         return Painted(index, colours.ERROR)
     if how == "material" and shot.tag is not None:
         return Painted(shot.tag, colours.material_colours(tags, materials))
     if how == "validity":
-        clean = shot.clean if shot.clean is not None else np.ones(shot.units.shape, np.float32)
-        _run(_by_fate, index, shot.units, clean)
+        clean = shot.clean if shot.clean is not None else np.ones(shot.depth_raw.shape, np.float32)
+        _run(_by_fate, index, shot.depth_raw, clean)
         return Painted(index, colours.FATE)
-    _run(_by_depth, index, shot.units, _places(span.near, span.far, shot.camera.depth_scale))
+    _run(_by_depth, index, shot.depth_raw, _places(span.near, span.far, shot.camera.depth_scale))
     return Painted(index, colours.DEPTH)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.sensor.sensor import SATURATED
+from depthsim.sensor.pipeline import SATURATED
 from viewer import colours
 from viewer.paint import Colouring, Painted
 from viewer.shot import Shot
@@ -15,8 +15,8 @@ _GAP = 6
 
 def frame_picture(shot: Shot, painted: Painted, how: Colouring, widest: int = _WIDEST) -> NDArray[np.uint8]:
     """(rows, columns, 3) RGB of a frame; dark where nothing returned."""
-    step = max(1, -(-shot.units.shape[1] // widest))
-    units, index = shot.units[::step, ::step], painted.index[::step, ::step]
+    step = max(1, -(-shot.depth_raw.shape[1] // widest))
+    units, index = shot.depth_raw[::step, ::step], painted.index[::step, ::step]
     returned = None if how == "validity" else (units > 0) & (units < SATURATED)
     larger = widest // (2 * index.shape[1])  # a tiny frame is shown by squares
     picture = Painted(index, painted.palette).picture(returned)

@@ -7,35 +7,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
-from depthsim.sensor.sensor import SATURATED
+from depthsim.sensor.pipeline import SATURATED
 
 
 @dataclass(frozen=True, eq=False)
 class Shot:
     """One frame.
 
-    pose: (4, 4) camera to world. units: (height, width) uint16 depth as stored; 0 is no return, 65535 too far.
+    pose: (4, 4) camera to world. depth_raw: (height, width) uint16 depth as stored; 0 is no return, 65535 too far.
     clean: (height, width) float32 depth without the sensor [m], 0 where nothing is; None where it is not known.
     tag: (height, width) uint8 indices of material tags, 255 for none; None where they are not known.
     """
 
     camera: Camera
     pose: NDArray[np.float64]
-    units: NDArray[np.uint16]
+    depth_raw: NDArray[np.uint16]
     clean: NDArray[np.float32] | None = None
     tag: NDArray[np.uint8] | None = None
 
     @cached_property
     def figures(self) -> "Figures":
         """What is told of the frame."""
-        returned = (self.units > 0) & (self.units < SATURATED)
+        returned = (self.depth_raw > 0) & (self.depth_raw < SATURATED)
         if self.clean is None:
             return Figures(float(1 - returned.mean()), None, None)
         there = self.clean > 0
         both = returned & there
         rows = slice(None, None, 1 if both.size < 100_000 else 3)  # every third row tells as much
         known = both[rows]
-        error = self.units[rows][known] * np.float32(self.camera.depth_scale) - self.clean[rows][known]
+        error = self.depth_raw[rows][known] * np.float32(self.camera.depth_scale) - self.clean[rows][known]
         holes = 1 - int(np.count_nonzero(both)) / max(int(np.count_nonzero(there)), 1)
         if not error.size:
             return Figures(holes, None, None)

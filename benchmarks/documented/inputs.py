@@ -12,16 +12,16 @@ import trimesh
 
 from depthsim.cli import app
 from depthsim.exporting import export
-from depthsim.generate import generate
 from depthsim.presets import preset
 from depthsim.resources import resource
 from depthsim.runs import Run
+from depthsim.runs.generate import generate
 from depthsim.runs.png import encode_png
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Profile
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.material_noise import MaterialNoise
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 
 FRAMES, SIZE = 12, (106, 60)
 DISTANCES = (0.5, 1.0, 1.5, 2.0, 2.5)
@@ -40,7 +40,7 @@ def run(path: Path) -> None:
 
 def _record(path: Path, holes: FillRate) -> None:
     scene, camera = load_scene("office"), preset("d435", *SIZE)
-    way = resolve_trajectory(None, scene, camera.rate, FRAMES)
+    way = load_trajectory(None, scene, camera.rate, FRAMES)
     generate(scene, way, camera, Profile(name="sensor", effects=(MaterialNoise(), holes)), path, seed=7)
 
 

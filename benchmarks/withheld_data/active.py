@@ -13,16 +13,16 @@ from benchmarks.withheld_data.film import Film
 
 def shoot(film: Film) -> Callable[[int], NDArray[np.uint16]]:
     """Takes a frame of the film by its number, in 16-bit units."""
+    from depthsim.sensor import Sensor
     from depthsim.sensor.motion import Motion
-    from depthsim.stereo.sensor import StereoSensor
 
-    sensor = StereoSensor(film.world.caster, film.camera)
+    sensor = Sensor(film.world.caster, film.camera, "active_stereo")
     motion = Motion.along(film.route.trajectory(film.stamps))
 
     def take(index: int) -> NDArray[np.uint16]:
         stamp = float(film.stamps[index])
         measured = sensor.measure(film.poses[index], index=index, stamp=stamp, seed=film.seed, motion=motion)
-        return np.asarray(measured.units)
+        return np.asarray(measured.depth_raw)
 
     return take
 

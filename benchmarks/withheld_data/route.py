@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation, RotationSpline
 
 from benchmarks.withheld_data.world import World
 from depthsim.scenefile import load_scene
-from depthsim.trajectory import Trajectory, resolve_trajectory
+from depthsim.trajectory import Trajectory, load_trajectory
 
 Rng = np.random.Generator
 Floats = NDArray[np.float64]
@@ -89,7 +89,7 @@ def _along_house(rng: Rng, world: World, duration: float, style: str) -> Route:
     """A part of one of the scene's own routes, slowed to at most 2 m/s and shaken by a hand."""
     known = load_scene(world.kind.split(":")[1])
     name = str(rng.choice([name for name in known.trajectories if name != "stand"]))
-    full = resolve_trajectory(name, known, rate=20.0)
+    full = load_trajectory(name, known, rate=20.0)
     speed = np.linalg.norm(np.diff(full.positions, axis=0), axis=1).max() * 20.0
     slow = {"still": 0.01, "hand": 0.5, "lively": 1.6, "glide": 1.0}[style] * rng.uniform(0.6, 1.2) / speed
     slow = min(slow, full.duration * 0.9 / (duration + 2 * AROUND + 1))

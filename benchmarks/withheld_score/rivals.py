@@ -56,7 +56,7 @@ class _Bench:
         sensor = Sensor(self.caster, self.run.camera, effects)
         stamp = float(self.run.stamps[index])
         measured = sensor.measure(self.run.poses[index], index=index, stamp=stamp, seed=77, motion=self.motion)
-        units = measured.units.astype(np.float64)
+        units = measured.depth_raw.astype(np.float64)
         return np.where(units == 65535, 0, units * self.run.camera.depth_scale), measured.clean
 
 

@@ -54,26 +54,19 @@ def fit_material(
     up: Up = None,
 ) -> None:
     """Find m of std = 0.005 m · exp(m·d) from recordings of a wall, or from a run with its scene."""
-    from depthsim.material_fit import fit_curve
     from depthsim.material_fit.fit import PAPER_FLOOR
+    from depthsim.material_fit.material import fit_curves, is_run
     from depthsim.material_fit.report import ENTRIES, PICTURE, TABLE, entry, write_report
 
     if not (depth_scale is None or 0 < depth_scale < 1):
         raise InputError("--depth-scale", "", f"is {depth_scale:g}", "give metres per unit, such as 0.001")
-    if scene is not None or any((path / name).is_file() for path in paths for name in ("depth.txt", "run.yaml")):
+    if scene is not None or any(map(is_run, paths)):
         measured = _from_run(paths, scene, tag, width, max_incidence, materials, units, up)
     else:
         measured = [_from_walls(paths, tag, camera, depth_scale, roi)]
-    curves, fits, faults = [], [], []
-    for curve in measured:
-        try:
-            fits.append(fit_curve(curve, floor=None if fit_floor else PAPER_FLOOR, spread=spread.value))
-            curves.append(curve)
-        except InputError as error:  # another material of the run may do
-            faults.append(error)
-    if not fits:
-        raise faults[0]
-    for curve, fit in zip(curves, fits, strict=True):
+    pairs, faults = fit_curves(measured, floor=None if fit_floor else PAPER_FLOOR, spread=spread.value)
+    curves, fits = [curve for curve, _ in pairs], [fit for _, fit in pairs]
+    for curve, fit in pairs:
         _show(curve, fit)
     for fault in faults:
         print(f"no fit: {fault}")

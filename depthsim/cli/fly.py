@@ -10,7 +10,7 @@ from depthsim.cli.options import Tags, Units, Up, parse_tags
 from depthsim.errors import InputError
 
 if TYPE_CHECKING:
-    from depthsim.flight.fly import Flight
+    from depthsim.flight.flying import Flight
 
 
 def fly(
@@ -40,21 +40,19 @@ def fly(
     up: Up = None,
 ) -> None:
     """Fly a path: flight.csv, groundtruth.txt, imu.csv and vehicle.yaml, for `depthsim generate --fly`."""
-    from depthsim.flight.fly import fly as take_off
-    from depthsim.flight.fly import refuse_run
+    from depthsim.flight.flying import fly as take_off
+    from depthsim.flight.flying import refuse_run
     from depthsim.flight.imu import GYRO_RATES
-    from depthsim.flight.pathspec import resolve_path
-    from depthsim.flight.vehicle import load_vehicle
-    from depthsim.flight.windfile import resolve_wind
     from depthsim.scenefile import load_scene
 
     if imu_rate not in GYRO_RATES:
         raise InputError("--imu-rate", str(imu_rate), "is no rate of the gyroscope", "give 200 or 400")
     refuse_run(out)
     flight = take_off(
-        resolve_path(path, speed),
-        load_vehicle(vehicle),
-        wind=resolve_wind(wind) if wind else None,
+        path,
+        vehicle,
+        speed=speed,
+        wind=wind,
         feedforward=feedforward,
         scene=load_scene(scene, tags=parse_tags(tag), units=units, up=up) if scene else None,
         ground=ground,

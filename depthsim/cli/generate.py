@@ -13,8 +13,8 @@ from depthsim.errors import InputError
 if TYPE_CHECKING:
     from depthsim.camera import Camera
     from depthsim.flight.spec import Ride
-    from depthsim.generate import Generated
     from depthsim.runs import Run
+    from depthsim.runs.generate import Generated
     from depthsim.scene import Scene
     from depthsim.sensor import Profile
 
@@ -49,13 +49,13 @@ def generate(
     preview: Annotated[bool, typer.Option("--preview", help="Write preview.png, the run at a glance, too.")] = False,
 ) -> None:
     """Make a run: depth images with poses, as TUM RGB-D."""
-    from depthsim.generate import DEFAULT_STREAMS, IR_STREAMS
-    from depthsim.generate import generate as make
     from depthsim.materials import load_materials
     from depthsim.runs import Run
+    from depthsim.runs.generate import DEFAULT_STREAMS, IR_STREAMS
+    from depthsim.runs.generate import generate as make
     from depthsim.scenefile import load_scene
     from depthsim.sensor import load_profile
-    from depthsim.trajectory import resolve_trajectory
+    from depthsim.trajectory import load_trajectory
 
     known = load_materials(materials)
     model = Run.open(like) if like else None
@@ -71,7 +71,7 @@ def generate(
         for remark in model.remarks:
             print(f"{like}: {remark}", file=sys.stderr)
     else:
-        path = resolve_trajectory(trajectory, place, eye.rate, frames)
+        path = load_trajectory(trajectory, place, eye.rate, frames)
     extra = (*(("normal",) if normals else ()), *(IR_STREAMS if ir else ()))
     streams = (*(("depth",) if only_depth else DEFAULT_STREAMS), *extra)
     begin = time.monotonic()

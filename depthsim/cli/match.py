@@ -23,15 +23,15 @@ def match(
     """Match a real or simulated pair as the active stereo sensor does, and write the depth of the left image."""
     import numpy as np
 
-    from depthsim.camera import load_camera
+    from depthsim.camera import read_camera
     from depthsim.runs.png import encode_png
     from depthsim.runs.storing import write_whole
-    from depthsim.sensor.sensor import to_units
+    from depthsim.sensor.pipeline import to_depth_raw
     from depthsim.stereo.matcher import Matcher, to_depth
     from depthsim.stereo.settings import MatcherSettings
     from depthsim.yamlfile import read_model
 
-    eye = load_camera(camera)
+    eye = read_camera(camera)
     if any(eye.distortion):
         raise InputError(camera, "distortion", "is not zero, so the pair is not rectified", "rectify images and camera")
     if out.suffix.lower() != ".png":
@@ -41,7 +41,7 @@ def match(
         raise InputError(right, "", f"has not as many bits as {left}", "give two images of one kind")
     how = read_model(MatcherSettings, settings, "the matcher's settings") if settings else MatcherSettings()
     depth = to_depth(Matcher(how).match(*pair, threads=threads), eye.focal_baseline)
-    write_whole(out, encode_png(to_units(depth, eye)))
+    write_whole(out, encode_png(to_depth_raw(depth, eye)))
     found = depth[depth > 0]
     range_ = f", {found.min():.2f} to {found.max():.2f} m, median {np.median(found):.2f} m" if found.size else ""
     print(f"{out}: {100 * found.size / depth.size:.1f} % of the pixels have depth{range_}")

@@ -2,15 +2,9 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-
-from depthsim.errors import InputError
-
-if TYPE_CHECKING:
-    from depthsim.runs import Run
-    from depthsim.trajectory import Trajectory
 
 
 def reconstruct(
@@ -27,7 +21,7 @@ def reconstruct(
     tag: Annotated[str, typer.Option(help="Material of the mesh, of materials.yaml.")] = "cement",
 ) -> None:
     """Fuse a recording into a mesh, with masks of where it may be trusted: for `diagnose` without a CAD model."""
-    from depthsim.reconstruct import reconstruct as make
+    from depthsim.reconstruction.reconstruct import reconstruct as make
     from depthsim.runs import Run
 
     there = Run.open(run, posed=False)
@@ -35,32 +29,15 @@ def reconstruct(
         print(f"{run}: {remark}", file=sys.stderr)
     made = make(
         there,
-        out or run,
-        poses=_poses(there, poses),
+        out,
+        poses=poses,
         voxel=voxel,
         depth_max=depth_max,
         least_views=least_views,
         tag=tag,
+        say=lambda text: print(text, file=sys.stderr),
     )
     faces = len(made.scene.faces)
     print(f"{out or run}: {faces:,} faces; trusted at {100 * made.trusted:.0f} % of the pixels with depth")
     hidden = "a bias that all views share, such as a wrong baseline, is in the mesh too and cannot be found by it"
     print(f"{out or run}: {hidden}", file=sys.stderr)
-
-
-def _poses(run: "Run", choice: str | None) -> "Trajectory | None":
-    from depthsim.trajectory import read_tum
-
-    truth = run.path / "groundtruth.txt"
-    if choice is None and truth.exists():
-        return None
-    if choice not in (None, "odometry"):
-        return read_tum(Path(str(choice)))
-    from depthsim.slam import estimate
-
-    found = estimate(run, "open3d-odometry")
-    if len(found.trajectory) < found.frames:
-        problem = f"the odometry lost its track after {len(found.trajectory)} of {found.frames} frames"
-        raise InputError(run.path, "", problem, "give --poses FILE, the TUM trajectory of a better system")
-    print(f"{run.path}: poses by open3d-odometry in {found.seconds:.0f} s", file=sys.stderr)
-    return found.trajectory

@@ -40,63 +40,45 @@ def slam(
     if estimate is not None:
         if system or sweep:
             raise InputError("slam", "", "has --estimate and a system to run", "give one of them")
-        _score_file(there, posed, estimate, folder)
+        _score_file(there, estimate, folder)
     elif sweep:
         _sweep(there, posed, system, profiles, speeds, folder)
     elif system:
         for name in system:
-            _run(there, posed, name, folder)
+            _run(there, name, folder)
     else:
         mend = "add --with open3d-slam, open3d-odometry or kiss-icp, or --estimate FILE"
         raise InputError("slam", "", "does not say which system", mend)
 
 
-def _need_poses(run: "Run", posed: bool) -> None:
-    if not posed:
-        problem = "is missing, so that nothing can be scored"
-        raise InputError(run.path / "groundtruth.txt", "", problem, "write the true poses there")
+def _score_file(run: "Run", file: Path, out: Path) -> None:
+    from depthsim.odometry.slam import slam as score
+
+    made = score(run, estimate=file, out=out)
+    assert made.row is not None
+    _show(made.row, out)
 
 
-def _score_file(run: "Run", posed: bool, file: Path, out: Path) -> None:
-    import numpy as np
+def _run(run: "Run", system: str, out: Path) -> None:
+    from depthsim.odometry.slam import slam as track
 
-    from depthsim.slam import score
-    from depthsim.slam.results import row_of, write_results
-    from depthsim.trajectory import read_tum
-
-    _need_poses(run, posed)
-    found = read_tum(file)
-    # Other systems stamp their poses by other pictures, too: denser poses of the truth have some nearer to those.
-    truth = run.truth.at(np.union1d(run.truth.stamps, run.stamps))
-    row = row_of(run.path.absolute().name, file.stem, len(run), score(truth, found), None)
-    write_results(out, row, found, truth)
-    _show(row, out)
-
-
-def _run(run: "Run", posed: bool, system: str, out: Path) -> None:
-    from depthsim.runs.storing import make_folder, write_whole
-    from depthsim.slam import estimate, score
-    from depthsim.slam.results import row_of, write_results
-    from depthsim.trajectory import tum_text
-
-    found = estimate(run, system)
-    if len(found.trajectory) < found.frames:
-        print(f"{system}: lost its track after {len(found.trajectory)} of {found.frames} frames", file=sys.stderr)
-    if not posed:
-        make_folder(out)
-        write_whole(out / f"{system}.txt", tum_text(found.trajectory).encode())
-        print(f"{out / f'{system}.txt'}: {len(found.trajectory)} poses; not scored, as the run has no groundtruth.txt")
-        return
-    row = row_of(run.path.absolute().name, system, found.frames, score(run.trajectory, found.trajectory), found.seconds)
-    write_results(out, row, found.trajectory, run.trajectory)
-    _show(row, out)
+    made = track(run, system, out=out)
+    tracked = len(made.trajectory)
+    if tracked < made.frames:
+        print(f"{system}: lost its track after {tracked} of {made.frames} frames", file=sys.stderr)
+    if made.row is None:
+        print(f"{out / f'{system}.txt'}: {tracked} poses; not scored, as the run has no groundtruth.txt")
+    else:
+        _show(made.row, out)
 
 
 def _sweep(run: "Run", posed: bool, systems: list[str] | None, profiles: str, speeds: str, out: Path) -> None:
-    from depthsim.slam import SYSTEMS
-    from depthsim.slam.sweep import sweep
+    from depthsim.odometry import SYSTEMS
+    from depthsim.odometry.sweep import sweep
 
-    _need_poses(run, posed)
+    if not posed:
+        problem = "is missing, so that nothing can be scored"
+        raise InputError(run.path / "groundtruth.txt", "", problem, "write the true poses there")
     try:
         factors = [float(word) for word in speeds.split(",")]
     except ValueError:

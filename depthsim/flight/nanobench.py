@@ -59,8 +59,13 @@ def read_nanobench(path: str | Path, *, drop_unmeasured: bool = False) -> Flight
     return replace(log, kind=KIND)
 
 
-def read_any(path: str | Path, *, drop_unmeasured: bool = False) -> FlightLog:
-    """Read a flight.csv or a NanoBench log; the columns tell which. For ``drop_unmeasured`` see :func:`read_flight`."""
+def read_any(path: str | Path | FlightLog, *, drop_unmeasured: bool = False) -> FlightLog:
+    """Read a flight.csv or a NanoBench log; the columns tell which. A log that is read already stays as it is.
+
+    For ``drop_unmeasured`` see :func:`read_flight`.
+    """
+    if isinstance(path, FlightLog):
+        return path
     path = Path(path)
     names = header(path, "a flight.csv or a NanoBench log")
     read = read_nanobench if is_nanobench(names) else read_flight

@@ -19,13 +19,17 @@ PATHS: dict[str, type[Path]] = {
 _FORMS = f"a .yaml file, or a shape such as circle:radius=5,laps=2 ({', '.join(PATHS)})"
 
 
-def resolve_path(choice: str, speed: float | None = None) -> Path:
+def resolve_path(choice: str | File | Path, speed: float | None = None) -> Path:
     """A path: a shape in one line, `lemniscate:size=20/10,center=0/0/2`, or the path of a YAML file with its keys.
+
+    One that is made already stays as it is.
 
     speed: [m/s], in place of the one written there. Way-points are separated by semicolons. Raises
     :class:`InputError`.
     """
-    file = File(choice)
+    if isinstance(choice, Path):
+        return choice
+    file, choice = File(choice), str(choice)
     if file.suffix.lower() in (".yaml", ".yml"):
         return parse_path(read_mapping(file, "a flight path"), file, speed=speed)
     shape, _, keys = choice.partition(":")

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from depthsim.errors import InputError
 from depthsim.flight.contact import Contact
-from depthsim.flight.fly import FILES, Flight, fly
+from depthsim.flight.flying import FILES, Flight, fly
 from depthsim.flight.paths import Path as FlightPath
 from depthsim.flight.pathspec import parse_path, resolve_path
 from depthsim.flight.vehicle import Vehicle, load_vehicle

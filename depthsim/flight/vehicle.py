@@ -179,8 +179,10 @@ def vehicle_names() -> tuple[str, ...]:
     return tuple(sorted(file.stem for file in _FOLDER.glob("*.yaml")))
 
 
-def load_vehicle(choice: str | Path) -> Vehicle:
-    """A vehicle by name, or from a vehicle.yaml. Raises :class:`InputError`."""
+def load_vehicle(choice: str | Path | Vehicle) -> Vehicle:
+    """A vehicle by name, or from a vehicle.yaml; a :class:`Vehicle` stays as it is. Raises :class:`InputError`."""
+    if isinstance(choice, Vehicle):
+        return choice
     path = Path(choice)
     if str(choice).lower() in vehicle_names():
         path = _FOLDER / f"{str(choice).lower()}.yaml"

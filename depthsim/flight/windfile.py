@@ -21,9 +21,14 @@ class _Holder(BaseModel):
     wind: AnyWind
 
 
-def resolve_wind(choice: str) -> Wind:
-    """A wind: `3/0/0` [m/s], `gusts:velocity=6/0/0`, `shear:velocity=8/0/0,height=10`, a .yaml, or a .csv grid."""
-    path = Path(choice)
+def resolve_wind(choice: str | Path | Wind) -> Wind:
+    """A wind: `3/0/0` [m/s], `gusts:velocity=6/0/0`, `shear:velocity=8/0/0,height=10`, a .yaml, or a .csv grid.
+
+    One that is made already stays as it is.
+    """
+    if isinstance(choice, Wind):
+        return choice
+    path, choice = Path(choice), str(choice)
     if path.suffix.lower() == ".csv":
         read_grid(path)
         return GriddedWind(file=str(path))

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_serializer
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, PrivateAttr, model_serializer
 
 from depthsim.errors import InputError
 from depthsim.runs.storing import write_whole
@@ -90,6 +90,8 @@ class Diagnosis(_Part):
     """The whole answer. ``where`` and ``causes`` are ranked: the first is the one to act on.
 
     notes: what a reader must know besides, such as columns that were missing.
+
+    ``print`` tells it in lines, a notebook shows it with the curves of its report.
     """
 
     version: Literal[1] = 1
@@ -99,6 +101,39 @@ class Diagnosis(_Part):
     causes: tuple[Cause, ...]
     unexplained: Unexplained | None
     notes: tuple[str, ...] = ()
+    _report: Path | None = PrivateAttr(None)
+
+    @property
+    def report(self) -> Path | None:
+        """The folder of the report that it is from, or was written to."""
+        return self._report
+
+    def in_report(self, folder: str | Path) -> "Diagnosis":
+        """The same, with the report that has its pictures."""
+        copy = self.model_copy()
+        copy._report = Path(folder)
+        return copy
+
+    # Where the report lies is no part of what it says.
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Diagnosis) and self.to_json() == other.to_json()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        causes = ", ".join(cause.effect for cause in self.causes)
+        gap = f"{self.gap.before:.3g} to {self.gap.after:.3g} {self.gap.unit}, floor {self.gap.floor:.3g}"
+        return f"<Diagnosis: {self.verdict}, causes: {causes or 'none'}, gap: {gap}>"
+
+    def __str__(self) -> str:
+        from depthsim.gap.report.notebook import text
+
+        return text(self)
+
+    def _repr_html_(self) -> str:
+        from depthsim.gap.report.notebook import html
+
+        return html(self, self._report)
 
     @classmethod
     def read(cls, folder: str | Path) -> "Diagnosis":
@@ -108,7 +143,7 @@ class Diagnosis(_Part):
             value = parse_json(read_text(file, "a diagnosis.json"))
         except ValueError as error:
             raise InputError(file, "", f"is not JSON ({error})", "run diagnose again") from None
-        return validate(cls, value, file)
+        return validate(cls, value, file).in_report(folder)
 
     def to_json(self) -> str:
         """The text of diagnosis.json."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.camera import Camera, load_camera
+from depthsim.camera import Camera, read_camera
 from depthsim.errors import InputError
 from depthsim.importing.options import Imported, ImportOptions
 from depthsim.importing.recording import Recording, to_units, with_options
@@ -50,7 +50,7 @@ def _camera(source: Path, options: ImportOptions) -> Camera:
     if options.camera is not None:
         camera = resolve_camera(options.camera)
     elif (source / layout.CAMERA).exists():
-        camera = load_camera(source / layout.CAMERA)
+        camera = read_camera(source / layout.CAMERA)
     else:
         raise InputError(source, "", "has no camera.yaml", "write one there, or give `camera` camera.yaml")
     keys = {"rate": options.rate, "depth_scale": options.depth_scale, "baseline": options.baseline}

@@ -11,7 +11,7 @@ them were measured. The baseline, 75 mm, is the Kinect's.
 import re
 from pathlib import Path
 
-from depthsim.camera import Camera, load_camera
+from depthsim.camera import Camera, read_camera
 from depthsim.errors import InputError
 from depthsim.importing.options import Imported, ImportOptions
 from depthsim.importing.recording import Recording
@@ -58,7 +58,7 @@ def _camera(source: Path, options: ImportOptions) -> Camera:
     if options.camera is not None:
         return resolve_camera(options.camera)
     if (source / layout.CAMERA).exists():
-        return load_camera(source / layout.CAMERA)
+        return read_camera(source / layout.CAMERA)
     found = re.search(r"freiburg([123])", source.absolute().name)
     if not found:
         mend = "give `camera` camera.yaml; a folder named such as rgbd_dataset_freiburg1_xyz needs none"

@@ -78,14 +78,14 @@ class MaterialFit:
         return np.asarray(self.floor * np.exp(self.m * np.asarray(distance, np.float64)))
 
 
-def fit_material(
+def fit_points(
     distances: ArrayLike,
     stds: ArrayLike,
     counts: ArrayLike | None = None,
     *,
     floor: float | None = PAPER_FLOOR,
     tag: str = "material",
-    source: str = "fit_material",
+    source: str = "fit_points",
 ) -> MaterialFit:
     """Fit std(d) = floor·exp(m·d) (section 2 of the paper), and std = k·d² for comparison.
 
@@ -106,7 +106,7 @@ def fit_material(
             )
     different, wanted = np.unique(d).size, 2 if floor is not None else 3
     if different < wanted:
-        found = f"has {different} distance{'s' * (different != 1)}" + (f" of {tag}" if source != "fit_material" else "")
+        found = f"has {different} distance{'s' * (different != 1)}" + (f" of {tag}" if source != "fit_points" else "")
         raise InputError(source, "", found, f"record at least {wanted}, the more and farther apart the better")
     y, variance = log_std(s, n)
     law = _exponential(d, s, y, variance, floor)
@@ -121,13 +121,13 @@ def fit_material(
 
 
 def fit_curve(curve: Curve, *, floor: float | None = PAPER_FLOOR, spread: SpreadKind = "spatial") -> MaterialFit:
-    """:func:`fit_material` on a measured curve: its std over the image (spatial) or over the frames (temporal)."""
+    """:func:`fit_points` on a measured curve: its std over the image (spatial) or over the frames (temporal)."""
     prefix = "" if spread == "spatial" else "temporal_"
     stds, counts = curve.column(f"{prefix}std"), curve.column(f"{prefix}count")
     if not (np.isfinite(stds) & (counts > 1)).all():
         mend = "record several frames at each distance, the camera at rest, or use the spatial std"
         raise InputError(curve.source, "", f"{curve.tag} has no temporal std at every distance", mend)
-    return fit_material(curve.column("distance"), stds, counts, floor=floor, tag=curve.tag, source=curve.source)
+    return fit_points(curve.column("distance"), stds, counts, floor=floor, tag=curve.tag, source=curve.source)
 
 
 def _exponential(d: Floats, s: Floats, y: Floats, variance: Floats, floor: float | None) -> LawFit:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.camera import Camera, load_camera
+from depthsim.camera import Camera, read_camera
 from depthsim.errors import InputError
 from depthsim.material_fit.captures import Capture, find_captures
 from depthsim.material_fit.curve import Curve, Point
@@ -75,7 +75,7 @@ class _Window:
 def _camera_of(capture: Capture, needed: bool) -> Camera | None:
     for folder in (capture.folder, capture.folder.parent):
         if (folder / "camera.yaml").exists():
-            return load_camera(folder / "camera.yaml")
+            return read_camera(folder / "camera.yaml")
     if needed:
         mend = "put one there or beside it, or give `camera` d435 or `depth_scale` 0.001"
         raise InputError(capture.folder, "camera.yaml", "is missing", mend)

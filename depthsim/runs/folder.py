@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.camera import Camera, load_camera
+from depthsim.camera import Camera, read_camera
 from depthsim.errors import InputError
 from depthsim.runs import layout
 from depthsim.runs.png import decode_png
@@ -41,7 +41,7 @@ class Run:
     meta: dict[str, Any]
 
     @classmethod
-    def open(cls, path: Path, *, posed: bool = True) -> "Run":
+    def open(cls, path: str | Path, *, posed: bool = True) -> "Run":
         """Open a run folder. Raises :class:`InputError` for what is missing, malformed or unfinished.
 
         posed: False takes a recording without groundtruth.txt, too; its camera then stands at the origin.
@@ -58,7 +58,7 @@ class Run:
         for name, what in ((layout.CAMERA, "the camera's keys"), (layout.GROUND_TRUTH, "the camera's poses")):
             if not (path / name).exists() and (posed or name != layout.GROUND_TRUTH):
                 raise InputError(path / name, "", "is missing from the run", f"write {what} there")
-        camera = load_camera(path / layout.CAMERA)
+        camera = read_camera(path / layout.CAMERA)
         stamps, files, lines = read_list(listed)
         if not files:
             raise InputError(listed, "", "names no frame", "write lines of `timestamp depth/NAME.png`")
@@ -194,6 +194,11 @@ class Run:
         if picture.dtype != np.uint8 or picture.ndim not in dimensions:
             raise InputError(file, "", f"is {_kind(picture)}, not {kind}", f"write {stream} as {kind} PNG")
         return picture.astype(np.uint8, copy=False)
+
+
+def open_run(run: str | Path | Run, *, posed: bool = True) -> Run:
+    """A run by its folder, as :meth:`Run.open` opens it; a :class:`Run` stays as it is."""
+    return run if isinstance(run, Run) else Run.open(Path(run), posed=posed)
 
 
 def gap_remarks(truth: Trajectory, stamps: NDArray[np.float64]) -> tuple[str, ...]:

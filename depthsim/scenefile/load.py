@@ -14,24 +14,26 @@ from depthsim.scenefile.tagging import check_maps, tag_of, unknown_names
 
 
 def load_scene(
-    scene: str | Path,
+    scene: str | Path | Scene,
     *,
     tags: Mapping[str, str] | None = None,
     units: str | None = None,
     up: str | None = None,
-    materials: Materials | None = None,
+    materials: str | Path | Materials | None = None,
 ) -> Scene:
     """A scene in metres, z up, every face with a tag of ``materials``.
 
     scene: the name of a built-in scene, or the path of a scene file (YAML), of a mesh (OBJ, GLB, glTF, PLY, STL, OFF)
-    or of a run folder with a scene in it.
+    or of a run folder with a scene in it. A :class:`Scene` stays as it is, whatever else is said.
     tags: tags by material name, before those of the scene file; ``*`` stands for every other name.
     units: of the mesh files: m, cm, mm, in or ft. up: the axis that points up in them, z or y.
     materials: the ones that come with depthsim, if not given.
 
     The same files give the same arrays. Raises :class:`depthsim.errors.InputError`.
     """
-    tags, materials = tags or {}, materials or load_materials()
+    if isinstance(scene, Scene):
+        return scene
+    tags, materials = tags or {}, load_materials(materials)
     found = read_parts(scene, units, up)
     check_maps(found, tags, materials)
     tag_by_part, unknown = [], Counter[str]()

@@ -7,15 +7,15 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from depthsim.camera import Camera
+from depthsim.draws import Draws
 from depthsim.kernels import kernel
 from depthsim.materials import Materials
 from depthsim.parallel import split
 from depthsim.raycast import Geometry
 from depthsim.scene import NO_TAG, Scene
-from depthsim.sensor.draws import Draws
+from depthsim.scratch import Scratch
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.noise_field import Correlation, noise_field
-from depthsim.sensor.scratch import Scratch
 
 
 @kernel

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from depthsim.draws import uniform_block
 from depthsim.kernels import inlined
-from depthsim.sensor.draws import uniform_block
 
 _ZERO = np.float32(0)
 

@@ -10,9 +10,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.draws import BLOCK, Draws, normal_block
 from depthsim.kernels import inlined, kernel
 from depthsim.parallel import split
-from depthsim.sensor.draws import BLOCK, Draws, normal_block
 
 _f = np.float32
 _FORGOTTEN = 0.01

@@ -1,6 +1,7 @@
 """A sensor profile: which camera, and which effects with which parameters."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from pydantic import BaseModel, ConfigDict
 
 from depthsim.camera import Camera
 from depthsim.errors import InputError
+from depthsim.presets import resolve_camera
 from depthsim.registry import VARIABLE
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.stereo.settings import ActiveStereo, split_camera
@@ -42,11 +44,16 @@ class Profile(BaseModel):
         return yaml.safe_dump(keys, sort_keys=False)
 
 
-def load_profile(choice: str | Path) -> Profile:
+def load_profile(choice: str | Path | Profile | Sequence[Effect]) -> Profile:
     """Read a profile: the name of one that comes with depthsim (``paper``), or the path of a YAML file.
 
-    An entry of ``effects`` is an id alone, which has its default parameters, or ``id: {parameter: value}``.
+    A :class:`Profile` stays as it is; of effects alone one is made. In a file an entry of ``effects`` is an id
+    alone, which has its default parameters, or ``id: {parameter: value}``.
     """
+    if isinstance(choice, Profile):
+        return choice
+    if not isinstance(choice, str | Path):
+        return Profile(name="effects", effects=tuple(choice))
     path = profile_path(choice)
     keys = read_mapping(path, "a sensor profile")
     unknown = [key for key in keys if key not in ("name", "camera", "effects", "description")]
@@ -85,8 +92,6 @@ def profile_path(choice: str | Path) -> Path:
 
 
 def _camera(value: Any, path: Path) -> Camera | None:
-    from depthsim.presets import resolve_camera
-
     return None if value is None else resolve_camera(value, path)
 
 

@@ -1,72 +1,45 @@
-"""The sensor: a camera and effects, from poses to measured depth."""
+"""The sensor: a camera in a scene, from poses to measured depth."""
 
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.errors import InputError
-from depthsim.kernels import kernel
 from depthsim.materials import Materials, load_materials
-from depthsim.parallel import core_count, split
+from depthsim.parallel import core_count
+from depthsim.presets import load_camera
 from depthsim.raycast import Caster, Geometry
-from depthsim.sensor.effect import Effect, Stage, physical_order
-from depthsim.sensor.frame import Frame
+from depthsim.scene import Scene
+from depthsim.scenefile import load_scene
+from depthsim.scratch import Scratch
+from depthsim.sensor.effect import Effect
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.scratch import Scratch
-from depthsim.sensor.view import View
-
-SATURATED = 65535
-"""The 16-bit value of a depth that is too far for the unit."""
-
-
-@kernel
-def _through_disparity(start, stop, focal_baseline, clean, depth):
-    """Z -> disparity f·b / Z -> Z (Eq. 2 of the paper: Z = b·f / (x_R - x_L)); 0 stays 0."""
-    z, out = clean[start:stop], depth[start:stop]
-    for i in range(z.size):
-        disparity = focal_baseline / z[i]
-        out[i] = focal_baseline / disparity if z[i] > np.float32(0) else np.float32(0)
-
-
-@kernel
-def _round_to_units(start, stop, units_per_metre, depth, units):
-    """Depth [m] as the camera stores it: whole units, 0 for no return, 65535 where it would not fit."""
-    z, out = depth[start:stop], units[start:stop]
-    for i in range(z.size):
-        value = z[i] * units_per_metre + np.float32(0.5)
-        # Written so that what is not a number becomes no return.
-        value = value if value > np.float32(0) else np.float32(0)
-        value = value if value < np.float32(SATURATED) else np.float32(SATURATED)
-        out[i] = np.uint16(np.int32(value))
-
-
-def to_units(
-    depth: NDArray[np.float32], camera: Camera, threads: int = 1, out: NDArray[np.uint16] | None = None
-) -> NDArray[np.uint16]:
-    """Depth [m] as the camera's 16-bit picture, halves rounded up; 0 is no return, 65535 too far for the unit."""
-    out = np.empty(depth.shape, np.uint16) if out is None else out
-    per_metre = np.float32(1 / camera.depth_scale)
-    split(_round_to_units, depth.size, threads, per_metre, depth.reshape(-1), out.reshape(-1))
-    return out
+from depthsim.sensor.pipeline import Exposure, Pipeline, acting, bending
+from depthsim.sensor.profile import Profile, load_profile
+from depthsim.stereo.stereo import Stereo
 
 
 @dataclass(frozen=True)
 class Measurement:
     """What the sensor gives for one pose.
 
-    units: (height, width) uint16, depth in units of camera.depth_scale; 0 is no return, 65535 too far.
+    depth_raw: (height, width) uint16, depth in units of camera.depth_scale; 0 is no return, 65535 too far.
     depth: (height, width) float32, the same before it was rounded [m].
     given: ``clean``, or what casts it.
+    left, right: (height, width) uint8, the infrared images that active stereo has matched; None for other sensors.
     """
 
-    units: NDArray[np.uint16]
+    depth_raw: NDArray[np.uint16]
     depth: NDArray[np.float32]
     given: Geometry | Callable[[], Geometry]
+    left: NDArray[np.uint8] | None = None
+    right: NDArray[np.uint8] | None = None
 
     @cached_property
     def clean(self) -> Geometry:
@@ -86,18 +59,40 @@ class Measurement:
 class Sensor:
     """Measures depth in a scene.
 
+        Sensor("office", camera="d435", profile="paper").measure(pose).depth_raw
+
+    scene: the name of a built-in scene, the path of one, a :class:`~depthsim.scene.Scene`, or a
+    :class:`~depthsim.raycast.Caster` where there is one already. camera: a preset, the path of a camera.yaml, or a
+    :class:`~depthsim.camera.Camera`; by default the profile's, or a D435. profile: a name, a path, a
+    :class:`~depthsim.sensor.Profile`, or effects alone; ``()`` is a perfect camera. materials: those that come with
+    depthsim, a path, or :class:`~depthsim.materials.Materials`.
+
     The order of the effects is the physical one (:func:`~depthsim.sensor.effect.physical_order`), whatever the order
-    in which they were given. Effects at their neutral value are left out. A tag that is not among the materials is an
-    :class:`~depthsim.errors.InputError`; a parameter for a material that this scene does not have is not.
+    in which they were given. Effects at their neutral value are left out. A profile of active stereo renders and
+    matches images in place of casting depth; its effects follow, and none of them may bend rays or move the camera.
+    A tag that is not among the materials is an :class:`~depthsim.errors.InputError`; a parameter for a material that
+    this scene does not have is not.
     """
 
     def __init__(
-        self, caster: Caster, camera: Camera, effects: Sequence[Effect] = (), materials: Materials | None = None
+        self,
+        scene: str | Path | Scene | Caster,
+        camera: str | Path | Camera | None = None,
+        profile: str | Path | Profile | Sequence[Effect] = "paper",
+        materials: str | Path | Materials | None = None,
     ) -> None:
-        self.caster, self.camera = caster, camera
-        self.materials = materials or load_materials()
-        self.effects = sorted((e for e in effects if not e.is_neutral), key=physical_order)
+        self.materials, self.profile = load_materials(materials), load_profile(profile)
+        self.camera = load_camera(camera or self.profile.camera or "d435")
+        self.effects = acting(self.profile.effects)
+        bent = bending(self.effects)
+        if bent and self.profile.stereo is not None:
+            raise InputError("sensor profile", bent[0].id, "cannot follow active_stereo", "leave that effect out")
+        self.caster = scene if isinstance(scene, Caster) else Caster(load_scene(scene, materials=self.materials))
         self._check_tags()
+        self._pipeline = Pipeline(self.caster, self.camera, self.materials)
+        settings = self.profile.stereo
+        self._stereo = Stereo(self.caster, self.camera, settings, self.materials) if settings is not None else None
+        self._bends, self._asks_right = bool(bent), any(effect.needs_right for effect in self.effects)
         self._own = threading.local()
 
     def _check_tags(self) -> None:
@@ -132,30 +127,20 @@ class Sensor:
             raise ValueError(f"out has pictures of {out.depth.shape}, the camera of {self.camera.shape}")
         pose = np.array(pose, np.float64)  # a copy, because the caller may change his before ``clean`` is asked for
         motion = motion or Motion.still(pose)
-        right = any(effect.needs_right for effect in self.effects)
-        bending = [effect for effect in self.effects if effect.stage <= Stage.OPTICS]
-        scratch, before = Scratch.of_thread(self._own), out.cast_already if out else None
-        cast = partial(self.caster.cast, self.camera, pose, right=right and not bending, threads=threads, out=before)
-        clean: Geometry | Callable[[], Geometry] = cast
-        if bending:
-            view = View(pose, self.camera.rays, self.camera, motion, seed, index, stamp, threads, scratch)
-            for effect in bending:
-                effect.bend(view)
-            poses = view.pose if view.pose.ndim == 2 else view.pose[None]
-            met = self.caster.cast(
-                self.camera, poses, right=right, rays=view.rays, threads=threads, out=getattr(self._own, "met", None)
-            )
-            self._own.met = met
-            met = met if view.pose.ndim == 2 else met[0]
+        exposure = Exposure(pose, motion, seed, index, stamp, threads, Scratch.of_thread(self._own))
+        right, before = self._asks_right and not self._bends, out.cast_already if out else None
+        cast = partial(self.caster.cast, self.camera, pose, right=right, threads=threads, out=before)
+        given: Geometry | Callable[[], Geometry] = cast
+        if self._bends:
+            met = getattr(self._own, "met", None)
+            met = self._own.met = self._pipeline.cast_bent(self.effects, exposure, right=self._asks_right, out=met)
         else:
-            clean = met = cast()
-        depth = out.depth if out else np.empty(self.camera.shape, np.float32)
-        units = out.units if out else np.empty(self.camera.shape, np.uint16)
-        focal_baseline = np.float32(self.camera.focal_baseline)
-        split(_through_disparity, depth.size, threads, focal_baseline, met.depth.reshape(-1), depth.reshape(-1))
-        frame = Frame(
-            depth, met, self.camera, self.caster.scene, self.materials, motion, seed, index, stamp, threads, scratch
-        )
-        for effect in self.effects[len(bending) :]:
-            effect.apply(frame)
-        return Measurement(to_units(frame.depth, self.camera, threads, units), frame.depth, clean)
+            given = met = cast()
+        left = right_image = None
+        if self._stereo is not None:
+            depth, left, right_image = self._stereo.measure(pose, seed, index, threads)
+        else:
+            depth = out.depth if out else np.empty(self.camera.shape, np.float32)
+            depth[:] = met.depth
+        stored = self._pipeline.apply(self.effects, met, depth, exposure, out.depth_raw if out else None)
+        return Measurement(stored, depth, given, left, right_image)

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
-from depthsim.sensor.draws import Draws
+from depthsim.draws import Draws
+from depthsim.scratch import Scratch
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.scratch import Scratch
 
 
 @dataclass

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.draws import Draws
 from depthsim.kernels import kernel
 from depthsim.parallel import split
-from depthsim.sensor.draws import Draws
 from depthsim.stereo.settings import Imager
 
 _PHOTON = 2.337e-19

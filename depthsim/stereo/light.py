@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from depthsim.intensity import value_noise
 from depthsim.kernels import inlined, kernel
-from depthsim.sensor.intensity import value_noise
 from depthsim.stereo.pattern import PITCH
 
 _f, _i = np.float32, np.int32

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.sensor.draws import Draws
+from depthsim.draws import Draws
 from depthsim.stereo.settings import Projector
 
 PITCH = 1 / 1600

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.draws import Draws
 from depthsim.materials import Materials
 from depthsim.parallel import split
 from depthsim.raycast import Caster, Geometry
 from depthsim.scene import NO_TAG
-from depthsim.sensor.draws import Draws
 from depthsim.stereo import imager
 from depthsim.stereo.light import BLOCK, WAVELENGTHS, radiance
 from depthsim.stereo.pattern import dot_pattern

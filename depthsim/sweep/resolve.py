@@ -12,9 +12,9 @@ from pydantic import BaseModel
 from depthsim import __version__
 from depthsim.camera import Camera
 from depthsim.errors import InputError
-from depthsim.generate import IR_STREAMS
 from depthsim.materials import Materials, load_materials
 from depthsim.presets import preset, resolve_camera
+from depthsim.runs.generate import IR_STREAMS
 from depthsim.runs.storing import sha256
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene

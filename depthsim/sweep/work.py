@@ -1,4 +1,4 @@
-"""One run of a sweep, made by :func:`depthsim.generate.generate` in a target."""
+"""One run of a sweep, made by :func:`depthsim.runs.generate.generate` in a target."""
 
 import errno
 import hashlib
@@ -16,10 +16,10 @@ from typing import Any
 import yaml
 
 from depthsim.errors import InputError
-from depthsim.generate import generate
 from depthsim.materials import Materials
 from depthsim.raycast import Caster
 from depthsim.runs import layout
+from depthsim.runs.generate import generate
 from depthsim.runs.png import decode_png
 from depthsim.runs.storing import LOCK, FolderLock, sha256, write_whole
 from depthsim.scene import Scene

@@ -7,6 +7,7 @@ import numpy as np
 
 from depthsim.errors import InputError
 from depthsim.scene import Scene
+from depthsim.scenefile.load import load_scene
 from depthsim.trajectory.motion import Motion
 from depthsim.trajectory.poses import Trajectory, frame_count, wanted_frames
 from depthsim.trajectory.spec import SHAPES, parse_spec
@@ -14,23 +15,26 @@ from depthsim.trajectory.tum import read_tum
 from depthsim.yamlfile import read_mapping
 
 
-def resolve_trajectory(
-    choice: str | Path | None,
-    scene: Scene | None = None,
+def load_trajectory(
+    choice: str | Path | Trajectory | None,
+    scene: str | Path | Scene | None = None,
     rate: float | None = None,
     frames: int | None = None,
 ) -> Trajectory:
     """The poses of the frames to make.
 
-    choice: the name of one of the scene's trajectories; or the path of a TUM file (.txt, .tum) or of a specification
-    (.yaml, .yml); or a shape in one line, `circle:radius=2,speed=1,center=0/0/1,look_at=0/0/0`; or None for the
-    scene's first.
+    choice: poses, which are used one by one unless a rate is given; the name of one of the scene's trajectories; the
+    path of a TUM file (.txt, .tum) or of a specification (.yaml, .yml); a shape in one line,
+    `circle:radius=2,speed=1,center=0/0/1,look_at=0/0/0`; or None for the scene's first.
+    scene: as :func:`~depthsim.scenefile.load_scene` takes it; only the name of a trajectory and None need one.
     rate: frames a second [Hz]. Without it a TUM file is used pose by pose; a shape needs it.
     frames: the first so many frames; all of them if None.
 
     A shape starts at 0 s and its stamps are k / rate. A TUM file keeps its stamps, or starts at its first one.
     """
-    spec, file, place = _find(choice, scene)
+    if isinstance(choice, Trajectory):
+        return make_trajectory(choice, rate, frames)
+    spec, file, place = _find(choice, None if scene is None else load_scene(scene))
     return make_trajectory(spec, rate, frames, str(file), place)
 
 
@@ -41,7 +45,7 @@ def make_trajectory(
     file: str = "trajectory",
     place: str = "",
 ) -> Trajectory:
-    """The frames of a motion or of recorded poses; see :func:`resolve_trajectory`."""
+    """The frames of a motion or of recorded poses; see :func:`load_trajectory`."""
     if isinstance(spec, Trajectory):
         return spec.head(frames) if rate is None else spec.sampled(rate, frames)
     if rate is None:

@@ -48,11 +48,11 @@ def _scene(folder: Path, out: Path) -> Any:
 
 def _scene_file(folder: Path, out: Path) -> Any:
     from depthsim.scenefile import load_scene
-    from depthsim.trajectory import resolve_trajectory
+    from depthsim.trajectory import load_trajectory
 
     scene = load_scene(folder / "scene.yaml", materials=_known())
     for name in scene.trajectories:
-        resolve_trajectory(name, scene, rate=10)
+        load_trajectory(name, scene, rate=10)
     return scene
 
 
@@ -86,9 +86,9 @@ def _materials(folder: Path, out: Path) -> Any:
 
 
 def _camera(folder: Path, out: Path) -> Any:
-    from depthsim.camera import load_camera
+    from depthsim.camera import read_camera
 
-    return load_camera(folder / "camera.yaml").to_yaml()
+    return read_camera(folder / "camera.yaml").to_yaml()
 
 
 def _matcher(folder: Path, out: Path) -> Any:
@@ -99,22 +99,22 @@ def _matcher(folder: Path, out: Path) -> Any:
 
 
 def _tum(folder: Path, out: Path) -> Any:
-    from depthsim.trajectory import resolve_trajectory
+    from depthsim.trajectory import load_trajectory
 
-    poses = resolve_trajectory(folder / "groundtruth.txt")
-    return poses.matrices(), resolve_trajectory(folder / "groundtruth.txt", rate=30)
+    poses = load_trajectory(folder / "groundtruth.txt")
+    return poses.matrices(), load_trajectory(folder / "groundtruth.txt", rate=30)
 
 
 def _trajectory_files(folder: Path, out: Path) -> Any:
-    from depthsim.trajectory import resolve_trajectory
+    from depthsim.trajectory import load_trajectory
 
-    return [resolve_trajectory(file, rate=10).matrices() for file in sorted(folder.glob("*.yaml"))]
+    return [load_trajectory(file, rate=10).matrices() for file in sorted(folder.glob("*.yaml"))]
 
 
 def _trajectory_words(folder: Path, out: Path) -> Any:
-    from depthsim.trajectory import resolve_trajectory
+    from depthsim.trajectory import load_trajectory
 
-    return [resolve_trajectory(choice, rate=10).matrices() for choice in _choices(folder)]
+    return [load_trajectory(choice, rate=10).matrices() for choice in _choices(folder)]
 
 
 def _path_words(folder: Path, out: Path) -> Any:

@@ -16,7 +16,7 @@ from shapes import as_scene, box, quad, soup, sphere
 from depthsim.errors import InputError
 from depthsim.flight.constants import GRAVITY
 from depthsim.flight.contact import first_contact
-from depthsim.flight.fly import Flight, fly
+from depthsim.flight.flying import Flight, fly
 from depthsim.flight.imu import ACCEL_RATE, ACCELEROMETER, GYROSCOPE, Channel, imu_samples
 from depthsim.flight.log import read_flight
 from depthsim.flight.minimum_snap import MinimumSnap

@@ -14,17 +14,16 @@ from depthsim.gap.depth.data import histograms as fingerprint
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.covariates import covariates
 from depthsim.gap.depth.data.divergence import Ruler
-from depthsim.gap.depth.data.frames import Still, choose_frames
+from depthsim.gap.depth.data.frames import choose_frames
 from depthsim.gap.depth.data.quantization import _steps_of
-from depthsim.gap.depth.data.simulate import Replay, acting
 from depthsim.gap.depth.fit.candidates import hypotheses
 from depthsim.gap.depth.fit.validate import jackknife
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
 from depthsim.materials import load_materials
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
-from depthsim.sensor import Sensor, load_profile
-from depthsim.sensor.effect import effect_class, effect_ids
+from depthsim.sensor import load_profile
+from depthsim.sensor.effect import effect_ids
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.parameter import Setting
 from depthsim.trajectory import Trajectory
@@ -250,20 +249,3 @@ def test_steps_are_seen_in_the_spectrum(step: float, origin: float, seed: int) -
     apart = found[1] - origin
     assert abs(apart - round(apart)) < 17 * 3e-4 / step + 0.03
     assert _steps_of(noisy, there) is None
-
-
-@pytest.mark.parametrize("bent", [False, True])
-def test_a_replay_makes_the_frames_that_the_sensor_makes(bent: bool) -> None:
-    """Before open background too: what is fitted must be what ``generate`` then writes."""
-    plate = quad((1.5, -0.3, 0.5), (0, 0.6, 0), (0, 0, 0.6))
-    caster, materials = Caster(as_scene(plate, quad((2.5, -1, 0), (0, 1, 0), (0, 0, 2)))), load_materials()
-    ids = ["edge_fattening", "flying_pixels", "stereo_shadow", "invalid_band", "incidence_dropout"]
-    effects = acting([effect_class(name)() for name in ids + ["lens_distortion"] * bent])
-    motion = _still(_pose())
-    replay = Replay(caster, caster.scene, materials, CAMERA, motion)
-    met = caster.cast(CAMERA, _pose(), right=True)
-    none = np.empty(0, np.float32)
-    still = Still(3, 0.1, _pose(), met, none, none, np.empty((0, 0), np.uint16))
-    seen = Sensor(caster, CAMERA, effects, materials).measure(_pose(), index=3, stamp=0.1, seed=7, motion=motion)
-    assert 0.1 < met.hit.mean() < 0.9 and (seen.units[met.hit] > 0).any()
-    assert np.array_equal(replay.measure(effects, still, 7), seen.units)

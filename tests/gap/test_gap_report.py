@@ -14,10 +14,10 @@ from reports import LACKED, OTHERS, PAPER, found, recorded
 from depthsim.errors import InputError
 from depthsim.gap import Diagnosis, investigate
 from depthsim.gap.depth.report.write import Named, write_report
-from depthsim.gap.depth.where.residual import place_in_words
 from depthsim.gap.diagnosis import Cut
 from depthsim.gap.report import words
 from depthsim.gap.report.folder import check_report_folder, report_folder
+from depthsim.gap.report.words import place as place_in_words
 from depthsim.runs import Run
 from depthsim.runs.png import encode_png
 from depthsim.sensor import effect_ids, load_profile

@@ -12,10 +12,10 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from benchmarks.chromium import missing
 from depthsim.camera import Camera
-from depthsim.generate import generate
+from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 from viewer import Viewer
 from viewer.session import Session
 
@@ -101,6 +101,6 @@ def visit(browser: "Browser", viewer: Viewer) -> Iterator[Visit]:
 def wall_run(folder: Path, frames: int = 5) -> Path:
     """A run along the built-in wall, seen by a small camera."""
     scene = load_scene("wall")
-    path = resolve_trajectory(None, scene, CAMERA.rate, frames)
+    path = load_trajectory(None, scene, CAMERA.rate, frames)
     generate(scene, path, CAMERA, load_profile("paper"), folder, seed=1)
     return folder

@@ -81,7 +81,7 @@ def write_run(folder: Path, *, masks: bool = False, tilt: float = 0.0) -> Path:
     half = np.radians(tilt) / 2
     for index, distance in enumerate(np.linspace(0.5, 3, 40)):
         pose = np.array([[0, 0, 1, -distance], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]], np.float64)
-        units = sensor.measure(pose, index=index, seed=3, threads=1).units.copy()
+        units = sensor.measure(pose, index=index, seed=3, threads=1).depth_raw.copy()
         name, stamp = f"{index / 10:.6f}.png", f"{index / 10:.6f}"
         if masks:
             units[:, :20] = 700

@@ -6,11 +6,11 @@ import numpy as np
 
 from depthsim.camera import Camera
 from depthsim.flight.table import write_table
-from depthsim.generate import generate
 from depthsim.runs import Run, RunWriter
+from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.trajectory import Trajectory, resolve_trajectory
+from depthsim.trajectory import Trajectory, load_trajectory
 
 CAMERA = Camera(name="D435", width=32, height=24, fx=21.5, fy=21.25, cx=15.25, cy=11.75, baseline=0.0499, rate=10)
 START = 1_700_000_000.25
@@ -75,6 +75,6 @@ def make_room_run(folder: Path, profile: str = "clean", frames: int = 20, camera
     """A run through the room: sideways along an arc, looking at the far wall."""
     scene = load_scene(write_room(folder.with_suffix(".obj")))
     spec = "line:start=-1.2/-0.4/1.2,end=-0.8/0.4/1.4,speed=0.8,look_at=2/0/0.9"
-    path = resolve_trajectory(spec, scene, camera.rate, frames)
+    path = load_trajectory(spec, scene, camera.rate, frames)
     generate(scene, path, camera, load_profile(profile), folder, seed=3)
     return Run.open(folder)

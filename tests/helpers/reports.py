@@ -5,12 +5,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from depthsim.gap import Findings, investigate
-from depthsim.generate import generate
 from depthsim.presets import preset
+from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
 from depthsim.sensor.effect import effect_ids
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 
 BANK = ("incidence_noise", "disparity_noise", "vignetting_noise")
 OTHERS = tuple(name for name in effect_ids() if name not in BANK)
@@ -30,7 +30,7 @@ def recorded(effects: str, seed: int = 1, rate: float = 1.0) -> Path:
     folder = Path(kept.name)
     (folder / "truth.yaml").write_text(effects)
     scene, camera = load_scene("office"), preset("d435", 106, 60).model_copy(update={"rate": rate})
-    path = resolve_trajectory("tour", scene, rate, 8)
+    path = load_trajectory("tour", scene, rate, 8)
     profile = load_profile(folder / "truth.yaml")
     generate(scene, path, camera, profile, folder / "run", streams=("depth",), seed=seed, threads=1)
     return folder / "run"

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from depthsim.cli import app
 from depthsim.errors import InputError
-from depthsim.material_fit import Curve, fit_curve, fit_material, measure_wall
+from depthsim.material_fit import Curve, fit_curve, fit_points, measure_wall
 from depthsim.material_fit.captures import find_captures
 from depthsim.material_fit.plane import plane_depth
 from depthsim.material_fit.report import entry
@@ -26,9 +26,9 @@ from depthsim.runs.png import encode_png
 def test_an_exact_curve_gives_its_m_and_floor(m: float, floor: float, points: int) -> None:
     d = np.linspace(0.5, 5, points)
     std = floor * np.exp(m * d)
-    held = fit_material(d, std, np.full(points, 500), floor=floor)
+    held = fit_points(d, std, np.full(points, 500), floor=floor)
     assert held.m == pytest.approx(m, abs=2e-3)  # E[log s] of 500 numbers is 0.1 % off log sigma
-    both = fit_material(d, std, floor=None)
+    both = fit_points(d, std, floor=None)
     assert (both.m, both.floor) == pytest.approx((m, floor), rel=1e-6)
     assert both.r2 == pytest.approx(1)
     assert both.std(d) == pytest.approx(std, rel=1e-6)
@@ -44,7 +44,7 @@ def test_the_interval_holds_the_truth_19_times_of_20(points: int, scatter: float
     held = 0
     for _ in range(runs):
         s = 0.005 * np.exp(m * d + scatter * rng.standard_normal(points)) * np.sqrt(rng.chisquare(n - 1) / (n - 1))
-        fit = fit_material(d, s, n, floor=floor)
+        fit = fit_points(d, s, n, floor=floor)
         held += fit.ci95[0] <= m <= fit.ci95[1]
     assert 0.91 <= held / runs <= 0.985
 
@@ -187,7 +187,7 @@ def test_the_command_writes_an_entry_that_is_read_back(tmp_path: Path) -> None:
 
 def test_a_negative_m_has_no_entry() -> None:
     d = np.array([0.5, 1, 1.5, 2])
-    fit = fit_material(d, 0.002 * np.exp(0.05 * d))
+    fit = fit_points(d, 0.002 * np.exp(0.05 * d))
     curve = Curve("cement", "here", ())
     assert fit.m < 0
     assert entry(fit, curve) is None

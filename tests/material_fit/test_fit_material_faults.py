@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from depthsim.cli import app
 from depthsim.errors import InputError
-from depthsim.material_fit import fit_material
+from depthsim.material_fit import fit_points
 from depthsim.runs.png import encode_png
 
 FAULTS: dict[str, tuple[Callable[[Path], list[str]], str]] = {}
@@ -166,4 +166,4 @@ def test_faults_are_one_line(tmp_path: Path, name: str) -> None:
 )
 def test_numbers_that_cannot_be_fitted(d: list, s: list, n: list | None, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        fit_material(d, s, n)
+        fit_points(d, s, n)

@@ -28,7 +28,7 @@ from depthsim.procedural.sweep import circle, frame, leaves, ribbons, sweep, tub
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 
 Floats = NDArray[np.float64]
 NAMES = sorted(BUILDERS)
@@ -227,7 +227,7 @@ def test_scenes_are_sound_meshes(name: str) -> None:
 def test_the_default_trajectory_keeps_its_distance(name: str) -> None:
     from trimesh.triangles import closest_point
 
-    path = resolve_trajectory(None, scene(name), rate=10.0)
+    path = load_trajectory(None, scene(name), rate=10.0)
     assert 8 <= path.stamps[-1] <= 30
     corners = scene(name).vertices[scene(name).faces]
     low, high = corners.min(axis=1), corners.max(axis=1)
@@ -252,7 +252,7 @@ def test_indoors_every_ray_hits(name: str) -> None:
     camera, turns = all_round()
     caster = Caster(scene(name))
     for trajectory in scene(name).trajectories:
-        path = resolve_trajectory(trajectory, scene(name), rate=5.0)
+        path = load_trajectory(trajectory, scene(name), rate=5.0)
         places = path.positions[np.linspace(0, len(path.positions) - 1, 12).astype(int)]
         poses = np.tile(np.eye(4), (len(places), 6, 1, 1))
         poses[..., :3, :3], poses[..., :3, 3] = turns, places[:, None]
@@ -268,7 +268,7 @@ THIN = ("foliage", "needles", "grass", "leaf_litter", "fabric")
 def test_what_is_seen_looks_at_the_camera(name: str) -> None:
     """No face is flipped, and the camera is inside of nothing; a ray along an edge may get the face behind it."""
     camera, turns = all_round()
-    path = resolve_trajectory(None, scene(name), rate=2.0)
+    path = load_trajectory(None, scene(name), rate=2.0)
     tags = scene(name).tags
     caster = Caster(scene(name))
     away = []
@@ -285,7 +285,7 @@ def test_what_is_seen_looks_at_the_camera(name: str) -> None:
 
 def test_outdoors_the_sky_is_open_and_the_ground_is_not() -> None:
     camera, turns = all_round()
-    path = resolve_trajectory(None, scene("forest"), rate=5.0)
+    path = load_trajectory(None, scene("forest"), rate=5.0)
     pose = np.tile(np.eye(4), (6, 1, 1))
     pose[:, :3, :3], pose[:, :3, 3] = turns, path.positions[0]
     depth = Caster(scene("forest")).cast(camera, pose).depth
@@ -296,7 +296,7 @@ def test_outdoors_the_sky_is_open_and_the_ground_is_not() -> None:
 
 def test_the_wall_fills_a_view_of_90_degrees_all_along_its_rail() -> None:
     camera = Camera(width=64, height=64, fx=32, fy=32, cx=31.5, cy=31.5, baseline=0.05)
-    path = resolve_trajectory("rail", scene("wall"), rate=10.0)
+    path = load_trajectory("rail", scene("wall"), rate=10.0)
     np.testing.assert_allclose(path.positions[[0, -1], 0], [-0.5, -8.0], atol=1e-9)
     seen = Caster(scene("wall")).cast(camera, path.matrices())
     np.testing.assert_allclose(

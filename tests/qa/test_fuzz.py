@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from depthsim.camera import load_camera
+from depthsim.camera import read_camera
 from depthsim.errors import InputError
 from depthsim.flight.pathspec import resolve_path
 from depthsim.flight.spec import read_flight_spec
@@ -25,7 +25,7 @@ from depthsim.scenefile import load_scene
 from depthsim.scenefile.polygons import triangulate
 from depthsim.sensor import load_profile
 from depthsim.sensor.effect import effect_ids
-from depthsim.trajectory import resolve_trajectory
+from depthsim.trajectory import load_trajectory
 from depthsim.yamlfile import MOST_NODES, parse_yaml
 from qa.fuzzing.documents import mutate_yaml
 from qa.fuzzing.guided import Fuzzed
@@ -127,7 +127,7 @@ DOCUMENTS = st.dictionaries(st.sampled_from(KEYS), VALUES, max_size=8)
 
 
 def _trajectory(file: Path) -> object:
-    return resolve_trajectory(file, rate=10)
+    return load_trajectory(file, rate=10)
 
 
 def _wind(file: Path) -> object:
@@ -135,7 +135,7 @@ def _wind(file: Path) -> object:
 
 
 YAML_READERS: tuple[Callable[[Path], object], ...] = (
-    load_profile, load_camera, load_materials, load_scene, load_vehicle, read_flight_spec, _trajectory, _wind,
+    load_profile, read_camera, load_materials, load_scene, load_vehicle, read_flight_spec, _trajectory, _wind,
 )  # fmt: skip
 
 
@@ -166,7 +166,7 @@ def test_any_document_ends_in_a_value_or_in_one_line(read, tmp_path_factory):
 )
 def test_any_line_for_a_trajectory_ends_in_a_value_or_in_one_line(text):
     try:
-        resolve_trajectory(text, rate=10)
+        load_trajectory(text, rate=10)
     except InputError as error:
         assert str(error).isprintable()
 

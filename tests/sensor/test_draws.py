@@ -10,8 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import special, stats
 
-from depthsim.sensor import draws
-from depthsim.sensor.draws import BLOCK, STEPS, Draws
+from depthsim import draws
+from depthsim.draws import BLOCK, STEPS, Draws
 from depthsim.sensor.effects import material_noise
 
 WORDS = 2**32

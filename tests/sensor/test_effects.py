@@ -70,7 +70,7 @@ def test_an_m_in_the_profile_goes_before_that_of_the_material() -> None:
 
 
 def holes(rate: float, **keys: Any) -> NDArray[np.bool_]:
-    return measure([FillRate(rate=rate)], **keys).units == 0
+    return measure([FillRate(rate=rate)], **keys).depth_raw == 0
 
 
 @pytest.mark.parametrize("rate", [0.01, 0.5, 1e-4, 1.0])
@@ -203,7 +203,7 @@ def test_a_neutral_parameter_changes_not_one_bit(effect_id: str, name: str) -> N
     for others in ([], [MaterialNoise(), FillRate()]):
         a, b = measure([*others, effect]), measure(list(others))
         assert a.depth.tobytes() == b.depth.tobytes()
-        assert a.units.tobytes() == b.units.tobytes()
+        assert a.depth_raw.tobytes() == b.depth_raw.tobytes()
 
 
 @pytest.mark.parametrize(("effect_id", "name"), NUMBERS)
@@ -246,6 +246,6 @@ def test_any_parameters_within_their_bounds_give_a_depth_picture(data: st.DataOb
     measured = Sensor(SOUP, cam, effects, MATERIALS).measure(
         pose, seed=seed, index=data.draw(st.integers(0, 2**32 - 1))
     )
-    assert measured.depth.dtype == np.float32 and measured.units.dtype == np.uint16
+    assert measured.depth.dtype == np.float32 and measured.depth_raw.dtype == np.uint16
     assert np.isfinite(measured.depth).all() and (measured.depth >= 0).all()
-    assert not measured.units[measured.depth == 0].any()
+    assert not measured.depth_raw[measured.depth == 0].any()

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapes import MATERIALS, Array, as_scene, camera, wall
 
+from depthsim.draws import Draws
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Sensor
-from depthsim.sensor.draws import Draws
 from depthsim.sensor.effects.correlation import SpatialCorrelation, TemporalCorrelation
 from depthsim.sensor.effects.material_noise import MaterialNoise
 from depthsim.sensor.effects.noise import DisparityNoise, IncidenceNoise, MotionNoise, VignettingNoise

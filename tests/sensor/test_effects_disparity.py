@@ -51,7 +51,7 @@ def test_what_is_shifted_beyond_infinity_has_no_depth() -> None:
     true = FB / measured.clean.depth.astype(np.float64)
     assert 0.1 < (true < 2).mean() < 0.9
     sure = np.abs(true - 2) > 1e-5
-    assert np.array_equal((measured.units == 0)[sure], (true < 2)[sure])
+    assert np.array_equal((measured.depth_raw == 0)[sure], (true < 2)[sure])
 
 
 RUN = Motion.along(Trajectory(np.array([1e9, 1e9 + 300]), np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1))))
@@ -110,13 +110,13 @@ def test_steps_may_begin_elsewhere_and_be_cut_off(origin: float, down: float) ->
 def test_what_has_no_depth_gets_none_by_the_steps() -> None:
     half = Caster(as_scene(quad((-60, -60, 4), (0, 120, 0), (60, 0, 0))))
     measured = measure(DisparityQuantization(step=0.5, origin=0.4), caster=half)
-    assert np.array_equal(measured.units > 0, measured.clean.depth > 0)
+    assert np.array_equal(measured.depth_raw > 0, measured.clean.depth > 0)
 
 
 def test_what_is_nearer_to_no_disparity_than_to_one_step_has_no_depth() -> None:
     far = Caster(as_scene(wall(50.0)))  # 0.2 px
-    assert not measure(DisparityQuantization(step=0.5), caster=far).units.any()
-    assert measure(DisparityQuantization(step=0.3), caster=far).units.all()
+    assert not measure(DisparityQuantization(step=0.5), caster=far).depth_raw.any()
+    assert measure(DisparityQuantization(step=0.3), caster=far).depth_raw.all()
 
 
 def test_steps_are_those_of_the_chip_whatever_else_is_wrong() -> None:

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from shapes import MATERIALS, Array, as_scene, camera, look_at, quad, random_poses, soup, strips, wall, world_rays
 
 from depthsim.camera import Camera
+from depthsim.intensity import intensity_image
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
-from depthsim.sensor.intensity import intensity_image
 
 
 def picture(scene: Scene, cam: Camera, pose: Array, threads: int | None = None) -> NDArray[np.uint8]:

@@ -11,17 +11,17 @@ from typer.testing import CliRunner
 
 from depthsim.cli import app
 from depthsim.errors import InputError
-from depthsim.generate import generate
+from depthsim.odometry import SYSTEMS, estimate, score
+from depthsim.odometry.results import read_rows
+from depthsim.odometry.sweep import faster, noise_of, sweep
+from depthsim.odometry.systems import to_trajectory
 from depthsim.presets import preset
 from depthsim.runs import Run
+from depthsim.runs.generate import generate
 from depthsim.runs.png import decode_png
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.slam import SYSTEMS, estimate, score
-from depthsim.slam.results import read_rows
-from depthsim.slam.sweep import faster, noise_of, sweep
-from depthsim.slam.systems import to_trajectory
-from depthsim.trajectory import Trajectory, resolve_trajectory
+from depthsim.trajectory import Trajectory, load_trajectory
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ def test_a_part_is_scored_and_strangers_are_refused():
 def drift(tmp_path_factory) -> Run:
     """The mine's rough rock, which every system holds on to."""
     folder, scene, camera = tmp_path_factory.mktemp("slam") / "drift", load_scene("tunnel"), preset("d435", 424, 240)
-    generate(scene, resolve_trajectory(None, scene, 30, 21), camera, load_profile("clean"), folder)
+    generate(scene, load_trajectory(None, scene, 30, 21), camera, load_profile("clean"), folder)
     return Run.open(folder)
 
 

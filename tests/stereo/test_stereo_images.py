@@ -5,10 +5,10 @@ import pytest
 from shapes import MATERIALS, as_scene, box, camera, quad, wall
 
 from depthsim.camera import Camera
+from depthsim.draws import Draws
 from depthsim.materials import Material, Materials
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
-from depthsim.sensor.draws import Draws
 from depthsim.stereo import imager
 from depthsim.stereo.pattern import PITCH, dot_pattern
 from depthsim.stereo.render import Renderer

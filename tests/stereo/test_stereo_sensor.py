@@ -1,5 +1,6 @@
 """Active stereo as a sensor: what its depth does by nature, in profiles and in runs."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,17 +9,15 @@ from shapes import as_scene, camera, quad, wall
 
 from depthsim.camera import Camera
 from depthsim.errors import InputError
-from depthsim.generate import IR_STREAMS, generate, open_sensor
 from depthsim.materials import Material, Materials
 from depthsim.presets import preset
-from depthsim.raycast import Caster
+from depthsim.runs.generate import IR_STREAMS, generate
 from depthsim.runs.png import decode_png
 from depthsim.scene import Scene
-from depthsim.sensor import Profile, load_profile
+from depthsim.sensor import Effect, Profile, Sensor, load_profile
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.shadow import StereoShadow
-from depthsim.sensor.sensor import Sensor
-from depthsim.stereo.sensor import StereoMeasurement, StereoSensor
+from depthsim.sensor.sensor import Measurement
 from depthsim.stereo.settings import ActiveStereo
 from depthsim.trajectory import Trajectory
 
@@ -34,16 +33,27 @@ NIGHT = {"ambient": 0.0}
 POSE = np.eye(4)
 
 
-def measure(scene: Scene, eye: Camera = CAMERA, index: int = 0, **parts: object) -> StereoMeasurement:
-    sensor = StereoSensor(Caster(scene), eye, ActiveStereo.model_validate(parts), materials=MATERIALS)
+def measure(scene: Scene, eye: Camera = CAMERA, index: int = 0, **parts: object) -> Measurement:
+    sensor = stereo(scene, eye, parts)
     return sensor.measure(POSE, index=index, threads=1)
+
+
+def stereo(
+    scene: Scene,
+    eye: Camera = CAMERA,
+    parts: object = None,
+    effects: Sequence[Effect] = (),
+    materials: Materials = MATERIALS,
+) -> Sensor:
+    settings = ActiveStereo.model_validate(parts or {})
+    return Sensor(scene, eye, Profile(name="stereo", stereo=settings, effects=tuple(effects)), materials)
 
 
 def facing(distance: float, tag: str = "grey") -> Scene:
     return as_scene(wall(distance), tags=[tag])
 
 
-def errors(seen: StereoMeasurement, eye: Camera = CAMERA) -> np.ndarray:
+def errors(seen: Measurement, eye: Camera = CAMERA) -> np.ndarray:
     """Of the disparity [px], where there is depth, away from the border."""
     inner = np.s_[15:-15, 70:-15]
     valid = seen.depth[inner] > 0
@@ -84,14 +94,14 @@ def test_noise_is_alike_in_neighbours_and_new_in_every_frame() -> None:
 def test_the_band_at_the_left_is_about_as_wide_as_the_disparity() -> None:
     for distance in (0.5, 1.0):
         seen = measure(facing(distance))
-        width = np.median(np.argmax(seen.units[20:-20] > 0, axis=1))
+        width = np.median(np.argmax(seen.depth_raw[20:-20] > 0, axis=1))
         assert abs(width - CAMERA.focal_baseline / distance - 7.5) < 2.5
 
 
 def test_a_plate_has_a_shadow_on_its_left() -> None:
     plate = quad((-0.08, -0.08, 0.5), (0.16, 0, 0), (0, 0.16, 0))
     seen = measure(as_scene(wall(1.0), plate, tags=["grey"] * 2))
-    middle = seen.units[80:120]
+    middle = seen.depth_raw[80:120]
     edge = round(CAMERA.cx - CAMERA.fx * 0.16)
     step = CAMERA.focal_baseline * (1 / 0.5 - 1 / 1.0)
     holes = (middle[:, edge - 40 : edge + 8] == 0).sum(axis=1)
@@ -101,7 +111,7 @@ def test_a_plate_has_a_shadow_on_its_left() -> None:
 
 def test_what_gives_no_light_back_gives_no_depth() -> None:
     holes = {
-        name: (measure(facing(distance, tag), light=NIGHT).units[:, 70:] == 0).mean()
+        name: (measure(facing(distance, tag), light=NIGHT).depth_raw[:, 70:] == 0).mean()
         for name, distance, tag in (("near", 1.0, "grey"), ("far", 150.0, "grey"), ("black", 8.0, "black"))
     }
     assert holes["near"] < 0.02
@@ -110,7 +120,7 @@ def test_what_gives_no_light_back_gives_no_depth() -> None:
 
 
 def test_a_mirror_has_more_holes_than_a_wall() -> None:
-    holes = [(measure(facing(1.5, tag)).units[:, 70:] == 0).mean() for tag in ("grey", "mirror")]
+    holes = [(measure(facing(1.5, tag)).depth_raw[:, 70:] == 0).mean() for tag in ("grey", "mirror")]
     assert holes[0] < 0.01
     # In the glare alone: beside it the projector's dots are seen on a surface that scatters 1 % of them, too.
     assert holes[1] > 0.02
@@ -126,26 +136,26 @@ def test_sunlight_drowns_the_dots() -> None:
     plain = MATERIALS.model_copy(update={"root": {"grey": MATERIALS["grey"].model_copy(update={"texture": 0.0})}})
     found = []
     for light in (NIGHT, sun):
-        sensor = StereoSensor(Caster(facing(2.0)), CAMERA, ActiveStereo.model_validate({"light": light}), (), plain)
-        found.append((sensor.measure(POSE).units[:, 70:] == 0).mean())
+        sensor = stereo(facing(2.0), parts={"light": light}, materials=plain)
+        found.append((sensor.measure(POSE).depth_raw[:, 70:] == 0).mean())
     assert found[0] < 0.02
     assert found[1] > found[0] + 0.3
 
 
 def test_the_same_seed_gives_the_same_bytes_for_any_number_of_threads() -> None:
-    sensor = StereoSensor(Caster(facing(1.0)), CAMERA, materials=MATERIALS)
+    sensor = stereo(facing(1.0))
     one = sensor.measure(POSE, index=3, seed=9, threads=1)
     again = [sensor.measure(POSE, index=3, seed=9, threads=threads, out=None) for threads in (2, 3)]
-    assert all((one.units == other.units).all() and (one.left == other.left).all() for other in again)
-    assert (one.units != sensor.measure(POSE, index=3, seed=8).units).any()
+    assert all((one.depth_raw == other.depth_raw).all() and (one.left == other.left).all() for other in again)
+    assert (one.depth_raw != sensor.measure(POSE, index=3, seed=8).depth_raw).any()
 
 
 def test_buffers_are_taken_again() -> None:
-    sensor = StereoSensor(Caster(facing(1.0)), CAMERA, materials=MATERIALS)
+    sensor = stereo(facing(1.0))
     first = sensor.measure(POSE, index=1)
-    kept = first.units.copy()
+    kept = first.depth_raw.copy()
     sensor.measure(POSE, index=2, out=first)
-    assert (sensor.measure(POSE, index=1, out=first).units == kept).all()
+    assert (sensor.measure(POSE, index=1, out=first).depth_raw == kept).all()
 
 
 def test_a_distorted_camera_gets_the_depth_along_its_own_rays() -> None:
@@ -155,21 +165,20 @@ def test_a_distorted_camera_gets_the_depth_along_its_own_rays() -> None:
 
 
 def test_effects_may_follow() -> None:
-    args = (Caster(facing(1.0)), CAMERA, ActiveStereo())
-    plain = StereoSensor(*args, materials=MATERIALS).measure(POSE)
-    holed = StereoSensor(*args, [FillRate(rate=0.3)], MATERIALS).measure(POSE)
-    assert (holed.units == 0).mean() > (plain.units == 0).mean() + 0.1
-    kept = holed.units > 0
-    assert (holed.units[kept] == plain.units[kept]).all()
+    plain = stereo(facing(1.0)).measure(POSE)
+    holed = stereo(facing(1.0), effects=[FillRate(rate=0.3)]).measure(POSE)
+    assert (holed.depth_raw == 0).mean() > (plain.depth_raw == 0).mean() + 0.1
+    kept = holed.depth_raw > 0
+    assert (holed.depth_raw[kept] == plain.depth_raw[kept]).all()
 
 
 def test_an_effect_that_asks_what_the_right_imager_sees_may_follow() -> None:
     scene = as_scene(wall(1.0), quad((-0.08, -0.08, 0.5), (0.16, 0, 0), (0, 0.16, 0)), tags=["grey"] * 2)
-    sensor = StereoSensor(Caster(scene), CAMERA, effects=[StereoShadow(share=1)], materials=MATERIALS)
+    sensor = stereo(scene, effects=[StereoShadow(share=1)])
     seen = sensor.measure(POSE)
     assert seen.clean.right_sees is not None
     hidden = seen.clean.right_sees == 0
-    assert hidden.any() and not seen.units[hidden].any()
+    assert hidden.any() and not seen.depth_raw[hidden].any()
 
 
 def write(path: Path, camera: str) -> Path:
@@ -199,10 +208,10 @@ def test_a_profile_is_written_as_it_is_read(tmp_path: Path, text: str) -> None:
     assert load_profile(copy) == profile.model_copy(update={"name": profile.name})
 
 
-def test_the_profile_that_comes_with_depthsim_opens_this_sensor() -> None:
-    profile = load_profile("active_stereo")
-    assert isinstance(open_sensor(profile, Caster(facing(1.0)), CAMERA, MATERIALS), StereoSensor)
-    assert type(open_sensor(load_profile("clean"), Caster(facing(1.0)), CAMERA, MATERIALS)) is Sensor
+def test_the_profile_that_comes_with_depthsim_matches_images() -> None:
+    seen = Sensor(facing(1.0), CAMERA, "active_stereo", MATERIALS).measure(POSE)
+    assert seen.left is not None and seen.right is not None and seen.left.shape == CAMERA.shape
+    assert Sensor(facing(1.0), CAMERA, "clean", MATERIALS).measure(POSE).left is None
 
 
 @pytest.mark.parametrize(

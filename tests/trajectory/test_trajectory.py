@@ -14,10 +14,10 @@ from depthsim.scene import Scene
 from depthsim.trajectory import (
     SHAPES,
     Trajectory,
+    load_trajectory,
     make_trajectory,
     parse_spec,
     read_tum,
-    resolve_trajectory,
     tum_text,
     write_tum,
 )
@@ -524,13 +524,13 @@ def scene(tmp_path: Path) -> Scene:
 
 
 def test_names_and_the_default(scene: Scene) -> None:
-    default = resolve_trajectory(None, scene, rate=30)
+    default = load_trajectory(None, scene, rate=30)
     assert default.stamps.tobytes() == (np.arange(len(default)) / 30).tobytes()
-    assert np.array_equal(default.positions, resolve_trajectory("around", scene, 30).positions)
-    assert len(resolve_trajectory("around", scene, 30, frames=7)) == 7
-    assert np.array_equal(resolve_trajectory("recorded", scene).positions, some().positions)
-    assert len(resolve_trajectory("recorded", scene, frames=2)) == 2
-    sampled = resolve_trajectory("recorded", scene, rate=30)
+    assert np.array_equal(default.positions, load_trajectory("around", scene, 30).positions)
+    assert len(load_trajectory("around", scene, 30, frames=7)) == 7
+    assert np.array_equal(load_trajectory("recorded", scene).positions, some().positions)
+    assert len(load_trajectory("recorded", scene, frames=2)) == 2
+    sampled = load_trajectory("recorded", scene, rate=30)
     assert np.allclose(np.diff(sampled.stamps), 1 / 30, atol=1e-6)
     assert sampled.stamps[0] == some().stamps[0]
 
@@ -538,19 +538,19 @@ def test_names_and_the_default(scene: Scene) -> None:
 def test_files_and_lines(tmp_path: Path, scene: Scene) -> None:
     (tmp_path / "fly.yaml").write_text(yaml.safe_dump({**MOVING["waypoints"], "speed": 1}))
     (tmp_path / "seen.yml").write_text("file: poses.txt\n")
-    flown = resolve_trajectory(tmp_path / "fly.yaml", None, 30)
+    flown = load_trajectory(tmp_path / "fly.yaml", None, 30)
     inline = "waypoints:points=0/0/1;3/0/1;3/2/2;0/2/1.5,speed=1"
-    assert np.array_equal(resolve_trajectory(inline, None, 30).matrices(), flown.matrices())
-    assert len(resolve_trajectory(str(tmp_path / "seen.yml"))) == 5
-    assert len(resolve_trajectory(str(tmp_path / "poses.txt"), scene)) == 5
-    around = resolve_trajectory("circle:radius=2,speed=1,center=0/0/1,look_at=0/0/0", rate=10)
+    assert np.array_equal(load_trajectory(inline, None, 30).matrices(), flown.matrices())
+    assert len(load_trajectory(str(tmp_path / "seen.yml"))) == 5
+    assert len(load_trajectory(str(tmp_path / "poses.txt"), scene)) == 5
+    around = load_trajectory("circle:radius=2,speed=1,center=0/0/1,look_at=0/0/0", rate=10)
     assert np.allclose(np.linalg.norm(around.positions, axis=1), np.sqrt(5))
-    back = resolve_trajectory("line:start=0/0/0,end=-1/0/0,speed=1,there_and_back=true,heading=tangent", rate=10)
+    back = load_trajectory("line:start=0/0/0,end=-1/0/0,speed=1,there_and_back=true,heading=tangent", rate=10)
     assert len(back) == 21
 
 
 def test_the_same_call_gives_the_same_bytes(scene: Scene) -> None:
-    texts = {tum_text(resolve_trajectory("around", scene, 30)) for _ in range(2)}
+    texts = {tum_text(load_trajectory("around", scene, 30)) for _ in range(2)}
     assert len(texts) == 1
 
 
@@ -571,28 +571,28 @@ def test_the_same_call_gives_the_same_bytes(scene: Scene) -> None:
 )
 def test_broken_choices(scene: Scene, choice: str, words: str) -> None:
     with pytest.raises(InputError) as error:
-        resolve_trajectory(choice, scene, rate=30)
+        load_trajectory(choice, scene, rate=30)
     assert words in str(error.value)
     assert "\n" not in str(error.value)
 
 
 def test_broken_rates_and_counts(scene: Scene) -> None:
     with pytest.raises(InputError, match=r"trajectories.around: a shape has no frames of its own; give a frame rate"):
-        resolve_trajectory("around", scene)
+        load_trajectory("around", scene)
     for rate in (0, -1, np.nan, np.inf):
         for choice in ("around", "recorded"):
             with pytest.raises(InputError, match="not a positive number of Hz"):
-                resolve_trajectory(choice, scene, rate=rate)
+                load_trajectory(choice, scene, rate=rate)
     for frames in (0, -3, 10**9):
         with pytest.raises(InputError, match=r"frames, not .*; ask for 1 to"):
-            resolve_trajectory("around", scene, 30, frames)
+            load_trajectory("around", scene, 30, frames)
     with pytest.raises(InputError, match=r"has 5 frames, not 6; ask for 1 to 5 frames"):
-        resolve_trajectory("recorded", scene, frames=6)
+        load_trajectory("recorded", scene, frames=6)
 
 
 def test_no_scene_and_no_choice() -> None:
     with pytest.raises(InputError, match=r"comes without a trajectory; name one: a TUM .txt file"):
-        resolve_trajectory(None)
+        load_trajectory(None)
 
 
 def test_every_shape_is_tried_here() -> None:

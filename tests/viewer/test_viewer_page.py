@@ -55,8 +55,8 @@ def noise(session: Session) -> float:
     assert session.shown is not None
     shot = session.shown.shots[0]
     assert shot.clean is not None
-    back = (shot.units > 0) & (shot.clean > 0)
-    return float((shot.units[back] * shot.camera.depth_scale - shot.clean[back]).std())
+    back = (shot.depth_raw > 0) & (shot.clean > 0)
+    return float((shot.depth_raw[back] * shot.camera.depth_scale - shot.clean[back]).std())
 
 
 def test_the_page_loads_without_an_error_in_its_console(guest: Visit) -> None:
@@ -67,7 +67,7 @@ def test_the_page_loads_without_an_error_in_its_console(guest: Visit) -> None:
     assert guest.errors == []
     assert session.shown is not None
     assert session.shown.sides == ("recording",)
-    assert session.shown.points == np.count_nonzero(session.shown.shots[0].units)
+    assert session.shown.points == np.count_nonzero(session.shown.shots[0].depth_raw)
 
 
 def test_every_effect_has_its_folder_with_a_control_for_each_parameter(guest: Visit) -> None:
@@ -106,7 +106,7 @@ def test_scrubbing_shows_the_frame_that_is_on_disk(guest: Visit, run: Path) -> N
     session = guest.open()
     frame_after(session, lambda: guest.type_into("frame", 3))
     until(lambda: session.shown.index == 3)
-    np.testing.assert_array_equal(session.shown.shots[0].units, Run.open(run).depth_raw(3))
+    np.testing.assert_array_equal(session.shown.shots[0].depth_raw, Run.open(run).depth_raw(3))
     guest.page.get_by_text("0.30 s").first.wait_for()
 
 
@@ -130,8 +130,8 @@ def test_clean_and_noisy_stand_side_by_side(guest: Visit) -> None:
     frame_after(session, lambda: setattr(session.look.beside, "value", "clean"))
     until(lambda: session.shown.sides == ("sensor", "clean"))
     noisy, clean = session.shown.shots
-    assert np.abs(clean.units - 1000 * clean.clean).max() <= 0.51
-    assert np.abs(noisy.units.astype(float) - 1000 * clean.clean).max() > 5
+    assert np.abs(clean.depth_raw - 1000 * clean.clean).max() <= 0.51
+    assert np.abs(noisy.depth_raw.astype(float) - 1000 * clean.clean).max() > 5
     guest.page.get_by_text("clean: 0.0% holes").first.wait_for()
     frame_after(session, lambda: setattr(session.look.beside, "value", "second sensor"))
     until(lambda: session.shown.sides == ("sensor", "second sensor"))
@@ -147,7 +147,7 @@ def test_another_profile_and_another_resolution_are_measured(guest: Visit) -> No
     assert {effect.id for effect in session.effects.effects()} == {e.id for e in load_profile("d435").effects}
     session.sensor.model.value = "d435"
     session.sensor.size.value = "424x240"
-    until(lambda: session.shown.shots[0].units.shape == (240, 424))
+    until(lambda: session.shown.shots[0].depth_raw.shape == (240, 424))
     guest.page.get_by_text("424x240").first.wait_for()
     session.sensor.profile.value = "active_stereo"
     until(lambda: session.profile().stereo is not None)
@@ -179,7 +179,7 @@ def test_profile_frame_and_picture_are_saved_and_read_back(guest: Visit, run: Pa
         ).last.wait_for()
         until(lambda: session.status)
     assert load_profile(folder / "mine.yaml").effects == load_profile("paper").effects
-    np.testing.assert_array_equal(Run.open(folder / "mine").depth_raw(0), session.shown.shots[0].units)
+    np.testing.assert_array_equal(Run.open(folder / "mine").depth_raw(0), session.shown.shots[0].depth_raw)
     picture = decode_png(folder / "mine.png")
     assert picture.shape[0] > 100
     assert picture.std() > 1

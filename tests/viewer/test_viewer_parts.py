@@ -14,9 +14,7 @@ from shapes import MATERIALS, as_scene, camera, wall
 
 from depthsim.errors import InputError
 from depthsim.gap.diagnosis import Cause, Diagnosis, Gap
-from depthsim.generate import open_sensor
-from depthsim.raycast import Caster
-from depthsim.sensor import load_profile
+from depthsim.sensor import Sensor
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from viewer import Stage, Viewer, colours
 from viewer.cloud import make_cloud
@@ -35,8 +33,8 @@ CAMERA = camera(64, 48, 50)
 
 def shot(profile: str = "paper", distance: float = 2.0) -> Shot:
     scene = as_scene(wall(distance), tags=["cement"])
-    measured = open_sensor(load_profile(profile), Caster(scene), CAMERA, MATERIALS).measure(np.eye(4), seed=3)
-    return Shot(CAMERA, np.eye(4), measured.units, measured.clean.depth, measured.clean.tag)
+    measured = Sensor(scene, CAMERA, profile, MATERIALS).measure(np.eye(4), seed=3)
+    return Shot(CAMERA, np.eye(4), measured.depth_raw, measured.clean.depth, measured.clean.tag)
 
 
 # Colours
@@ -51,7 +49,7 @@ def test_depth_runs_through_the_colours_from_near_to_far() -> None:
 
 def test_what_is_too_far_is_red_and_what_is_right_nearly_white() -> None:
     one = shot("clean")
-    off = Shot(CAMERA, one.pose, (one.units + 40).astype(np.uint16), one.clean)
+    off = Shot(CAMERA, one.pose, (one.depth_raw + 40).astype(np.uint16), one.clean)
     right = paint(one, "error", Span(error=0.05), (), MATERIALS).picture()[0, 0]
     far = paint(off, "error", Span(error=0.05), (), MATERIALS).picture()[0, 0]
     assert right.min() > 235
@@ -82,9 +80,9 @@ def test_a_span_stays_while_it_fits_and_moves_when_it_does_not() -> None:
 def test_the_cloud_is_the_depth_along_the_rays() -> None:
     one = shot()
     cloud = make_cloud(one, paint(one, "depth", Span(), (), MATERIALS))
-    back = one.units > 0
+    back = one.depth_raw > 0
     assert len(cloud.points) == back.sum()
-    assert cloud.points[:, 2] == pytest.approx(one.units[back] * 0.001)
+    assert cloud.points[:, 2] == pytest.approx(one.depth_raw[back] * 0.001)
     rows, columns = np.nonzero(back)
     assert cloud.points[:, 0] / cloud.points[:, 2] * CAMERA.fx + CAMERA.cx == pytest.approx(columns, abs=1e-3)
     assert cloud.points[:, 1] / cloud.points[:, 2] * CAMERA.fy + CAMERA.cy == pytest.approx(rows, abs=1e-3)
@@ -102,8 +100,8 @@ def test_a_thinned_cloud_has_one_point_in_so_many_evenly_spread(one_in: int) -> 
 def test_holes_are_shown_where_the_surface_is_if_asked() -> None:
     one = shot()
     painted = paint(one, "validity", Span(), (), MATERIALS)
-    assert len(make_cloud(one, painted, with_holes=True).points) == one.units.size
-    assert len(make_cloud(one, painted).points) < one.units.size
+    assert len(make_cloud(one, painted, with_holes=True).points) == one.depth_raw.size
+    assert len(make_cloud(one, painted).points) < one.depth_raw.size
 
 
 # Meshes

@@ -10,7 +10,7 @@ import viser
 from numpy.typing import NDArray
 
 from depthsim.errors import InputError
-from depthsim.flight.fly import Flight, fly
+from depthsim.flight.flying import Flight, fly
 from depthsim.flight.pathspec import resolve_path
 from depthsim.flight.vehicle import Vehicle, load_vehicle, vehicle_names
 from depthsim.trajectory import Trajectory

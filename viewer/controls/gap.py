@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import viser
 
-from depthsim.gap.depth.where.residual import place_in_words
 from depthsim.gap.diagnosis import Cause, Cut
+from depthsim.gap.report.words import place as place_in_words
 from viewer.controls.handles import put
 from viewer.report import Report
 

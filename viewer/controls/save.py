@@ -11,7 +11,7 @@ from depthsim.runs.png import encode_png
 from depthsim.runs.storing import make_folder, write_whole
 from depthsim.runs.writer import RunWriter
 from depthsim.sensor import Profile
-from depthsim.sensor.sensor import to_units
+from depthsim.sensor.pipeline import to_depth_raw
 from depthsim.trajectory import Trajectory
 from viewer.files import place_for
 from viewer.shot import Shot
@@ -50,9 +50,9 @@ class SaveControls:
         path = self._new("")
         quaternion = Rotation.from_matrix(shot.pose[:3, :3]).as_quat()
         trajectory = Trajectory([stamp], shot.pose[None, :3, 3], quaternion[None])  # type: ignore[arg-type]
-        pictures: dict[str, NDArray[Any]] = {"depth": shot.units}
+        pictures: dict[str, NDArray[Any]] = {"depth": shot.depth_raw}
         if shot.clean is not None:
-            pictures["clean"] = to_units(shot.clean, shot.camera)
+            pictures["clean"] = to_depth_raw(shot.clean, shot.camera)
         if shot.tag is not None:
             pictures["material"] = shot.tag
         with RunWriter(path, shot.camera, trajectory, {"tags": list(tags)}, tuple(pictures)) as writer:

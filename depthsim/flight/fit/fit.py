@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from depthsim.flight.fit.candidates import CANDIDATES, Candidate
+from depthsim.flight.fit.craft import craft_of
 from depthsim.flight.fit.design import Design, rotor_thrusts
 from depthsim.flight.fit.exponent import Exponent, thrust_exponent
 from depthsim.flight.fit.judge import Judgement, judge, tied
@@ -13,8 +15,9 @@ from depthsim.flight.fit.motion import CUTOFF, Motion, motion_of
 from depthsim.flight.fit.sums import Sums, identified, interval95, solve
 from depthsim.flight.fit.thrust import ThrustMap, fit_thrust_map
 from depthsim.flight.log import FlightLog
+from depthsim.flight.nanobench import read_any
 from depthsim.flight.table import Floats
-from depthsim.flight.vehicle import Vehicle
+from depthsim.flight.vehicle import Vehicle, load_vehicle
 
 _PARTS = 4
 """A flight that is alone is judged by leaving out one of so many parts."""
@@ -83,41 +86,46 @@ class DragFit:
 
 
 def fit_drag(
-    logs: Sequence[FlightLog],
-    vehicle: Vehicle,
-    tests: Sequence[FlightLog] = (),
+    logs: Sequence[str | Path | FlightLog],
+    vehicle: str | Path | Vehicle | None = None,
+    tests: Sequence[str | Path | FlightLog] = (),
     *,
     cutoff: float = CUTOFF,
     from_velocity: bool = False,
 ) -> DragFit:
     """Fit every drag law to some flights of ``vehicle``, whose mass, rotors and air at rest are taken as given.
 
+    logs, tests: flight.csv files, logs of NanoBench, or logs that are read. vehicle: a name, a vehicle.yaml, or an
+    object; without it :func:`~depthsim.flight.fit.craft_of` tells which.
+
     The lateral specific force, low-passed at ``cutoff`` [Hz] on both sides, is the law's plus an offset of the flight;
     along z it is thrust over mass, times a scale of the flight, plus the law's. ``tests`` are flights to judge on; by
     default the flights take turns. Raises :class:`InputError` where a log does not do.
     """
-    motions = [motion_of(log, cutoff, from_velocity) for log in (*logs, *tests)]
+    flights = [read_any(log) for log in (*logs, *tests)]
+    craft = load_vehicle(vehicle) if vehicle is not None else craft_of(flights).vehicle
+    motions = [motion_of(log, cutoff, from_velocity) for log in flights]
     if len({motion.measured for motion in motions}) > 1:  # one kind of residual for all
-        motions = [motion_of(log, cutoff, from_velocity=True) for log in (*logs, *tests)]
+        motions = [motion_of(log, cutoff, from_velocity=True) for log in flights]
     train = motions[: len(logs)]
     mapped = None if all(motion.log.total_thrust is not None for motion in motions) else fit_thrust_map(train)
-    thrusts, thrust_from = rotor_thrusts(motions, vehicle, mapped)
+    thrusts, thrust_from = rotor_thrusts(motions, craft, mapped)
     scaled = thrust_from != "the accelerometer"
-    designs = [Design.of(motion, vehicle, thrust, scaled) for motion, thrust in zip(motions, thrusts, strict=True)]
+    designs = [Design.of(motion, craft, thrust, scaled) for motion, thrust in zip(motions, thrusts, strict=True)]
     fits = tuple(_fit(candidate, designs, len(logs)) for candidate in CANDIDATES)
     lowest = min(fits, key=lambda fit: fit.judgement.removed.mean)
     ties = [fit.law.name for fit in fits if fit is lowest or tied(fit.judgement, lowest.judgement)]
     best = next(fit for fit in fits if fit.law.name in ties)
     parts, residuals = _parts(designs, fits, best, len(logs), mapped)
     return DragFit(
-        vehicle=vehicle,
+        vehicle=craft,
         laws=fits,
         best=best.law.name,
         ties=tuple(name for name in ties if name != best.law.name),
         per_flight=parts,
         thrust_map=mapped,
         thrust_from=thrust_from,
-        exponent=thrust_exponent(train, thrusts[: len(logs)], vehicle.mass),
+        exponent=thrust_exponent(train, thrusts[: len(logs)], craft.mass),
         measured=all(motion.measured for motion in motions),
         cutoff=cutoff,
         speed=np.concatenate(

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 
 from depthsim.errors import InputError
 from depthsim.gap.depth.data.divergence import Ruler
-from depthsim.gap.depth.data.evidence import Evidence, open_run
+from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.histograms import ACROSS, BINS, ERROR, PHASE
 from depthsim.gap.depth.diagnose import MEASURE, UNIT
-from depthsim.gap.depth.where.differences import Difference, compare
+from depthsim.gap.depth.where.differences import Difference, compare_cells
 from depthsim.gap.depth.where.localize import PAIRS, beyond_each, shortest_row
-from depthsim.gap.depth.where.residual import place_in_words
 from depthsim.gap.diagnosis import Cut, Diagnosis, Gap, Unexplained
+from depthsim.gap.report.words import place as place_in_words
 from depthsim.materials import Materials, load_materials
-from depthsim.runs import Run
+from depthsim.runs.folder import Run, open_run
 from depthsim.scene import Scene
 from depthsim.scenefile.load import load_scene
 from depthsim.sensor.profile import load_profile
@@ -48,20 +48,44 @@ class Comparison:
     overlap: float
 
 
+def compare(
+    first: str | Path | Run,
+    second: str | Path | Run,
+    *,
+    scene: str | Path | Scene | None = None,
+    out: str | Path | None = None,
+    threads: int | None = None,
+    materials: str | Path | Materials | None = None,
+    say: Say = lambda _: None,
+) -> Diagnosis:
+    """Where two recordings of one scene differ, and in what way; see :func:`compare_runs`.
+
+    out: a folder for diagnosis.json and index.html.
+    """
+    compared = compare_runs(first, second, scene=scene, threads=threads, materials=materials, say=say)
+    if out is None:
+        return compared.diagnosis
+    from depthsim.gap.depth.report.compare import write_comparison
+
+    say("drawing the report")
+    write_comparison(compared, Path(out))
+    return compared.diagnosis.in_report(out)
+
+
 def compare_runs(
-    first: Path | Run,
-    second: Path | Run,
+    first: str | Path | Run,
+    second: str | Path | Run,
     *,
     scene: str | Path | Scene | None = None,
     threads: int | None = None,
-    materials: Materials | None = None,
+    materials: str | Path | Materials | None = None,
     say: Say = lambda _: None,
 ) -> Comparison:
     """Where two recordings of one scene differ, and in what way. scene: that of the first, or of the second.
 
     Raises :class:`InputError` for a run or a scene that cannot be read.
     """
-    runs, materials = (open_run(first), open_run(second)), materials or load_materials()
+    runs, materials = (open_run(first), open_run(second)), load_materials(materials)
     place = _scene(runs, scene, materials)
     scale = load_profile("paper").effects
     say("casting the scene for A")
@@ -93,8 +117,6 @@ def compare_runs(
 
 
 def _scene(runs: tuple[Run, Run], scene: str | Path | Scene | None, materials: Materials) -> Scene:
-    if isinstance(scene, Scene):
-        return scene
     found = scene if scene is not None else runs[0].scene or runs[1].scene
     if found is None:
         raise InputError(runs[0].path, "", "holds no scene, nor does the other run", "put one there, or give --scene")
@@ -167,7 +189,7 @@ def _where(
         if not bits.any():
             continue
         cells = _part(bits / bits.sum(), ordered=bool(view.unit))
-        difference = compare(a, number, cells, y, x)
+        difference = compare_cells(a, number, cells, y, x)
         interval = view.interval(cells)
         cut = Cut(
             axis=view.name,

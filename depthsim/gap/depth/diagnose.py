@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from depthsim.errors import InputError
-from depthsim.gap.depth.data.evidence import Evidence, open_run
+from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.fit.advice import advice_for
 from depthsim.gap.depth.fit.candidates import hypotheses
@@ -25,7 +25,7 @@ from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import best_learned, describe
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained, Verdict
 from depthsim.materials import Materials, load_materials
-from depthsim.runs import Run
+from depthsim.runs.folder import Run, open_run
 from depthsim.scene import Scene
 from depthsim.scenefile.load import load_scene
 from depthsim.sensor.effect import Effect
@@ -66,21 +66,21 @@ class Findings:
 
 
 def diagnose(
-    run: Path | Run,
+    run: str | Path | Run,
     *,
     scene: str | Path | Scene | None = None,
-    sensor: str | Path | Profile | None = None,
-    out: Path | None = None,
+    sensor: str | Path | Profile | Sequence[Effect] | None = None,
+    out: str | Path | None = None,
     without: Sequence[str] = (),
     threads: int | None = None,
-    materials: Materials | None = None,
+    materials: str | Path | Materials | None = None,
     say: Say = lambda _: None,
 ) -> Diagnosis:
     """Where a recording and its simulation differ, which effects cause it, and how far they close the gap.
 
     run: the recording, as a folder or open. scene: where it was taken; the run's own if not given. sensor: the profile
-    that is compared with it; the run's sensor.yaml, or ``paper``. out: a folder for diagnosis.json, sensor.yaml and
-    index.html. without: effects that are left out of the bank. say: told what is being done.
+    that is compared with it, or effects alone; the run's sensor.yaml, or ``paper``. out: a folder for diagnosis.json,
+    sensor.yaml and index.html. without: effects that are left out of the bank. say: told what is being done.
 
     Raises :class:`InputError` for a run, a scene or a profile that cannot be read.
     """
@@ -89,22 +89,25 @@ def diagnose(
         from depthsim.gap.depth.report.write import Named, write_report
 
         say("drawing the report")
-        write_report(found, Path(out), Named(scene, sensor))
+        given = sensor if sensor is None or isinstance(sensor, str | Path) else found.profile
+        file = Path(materials) if isinstance(materials, str | Path) else None
+        write_report(found, Path(out), Named(scene, given, file))
+        return found.diagnosis.in_report(out)
     return found.diagnosis
 
 
 def investigate(
-    run: Path | Run,
+    run: str | Path | Run,
     *,
     scene: str | Path | Scene | None = None,
-    sensor: str | Path | Profile | None = None,
+    sensor: str | Path | Profile | Sequence[Effect] | None = None,
     without: Sequence[str] = (),
     threads: int | None = None,
-    materials: Materials | None = None,
+    materials: str | Path | Materials | None = None,
     say: Say = lambda _: None,
 ) -> Findings:
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
-    opened, materials = open_run(run), materials or load_materials()
+    opened, materials = open_run(run), load_materials(materials)
     profile = _profile(opened, sensor)
     say("casting the scene")
     evidence = Evidence(opened, _scene(opened, scene, materials), materials, profile.effects, threads)
@@ -149,7 +152,7 @@ def _nothing(evidence: Evidence, judge: Judge, profile: Profile, before: Score, 
 
 
 def remeasure(
-    run: Path | Run,
+    run: str | Path | Run,
     before: str | Path | Profile,
     after: str | Path | Profile,
     *,
@@ -159,7 +162,7 @@ def remeasure(
     """The gap of two profiles against a recording, and the floor of the second, on all blocks, by random numbers of
     their own: a check of a diagnosis' closed fraction."""
     opened, materials = open_run(run), load_materials()
-    first, second = (p if isinstance(p, Profile) else load_profile(p) for p in (before, after))
+    first, second = load_profile(before), load_profile(after)
     evidence = Evidence(opened, _scene(opened, scene, materials), materials, first.effects)
     judge = Judge(evidence, range(len(evidence.blocks)))
     real = judge.real.sum(axis=0)
@@ -176,10 +179,8 @@ def setting_of(evidence: Evidence) -> Setting:
     return Setting(tags, quantiles, max(stamps) - min(stamps), evidence.materials, find_steps(evidence))
 
 
-def _profile(run: Run, sensor: str | Path | Profile | None) -> Profile:
-    if isinstance(sensor, Profile):
-        profile = sensor
-    elif sensor is None:
+def _profile(run: Run, sensor: str | Path | Profile | Sequence[Effect] | None) -> Profile:
+    if sensor is None:
         own = run.path / "sensor.yaml"
         profile = load_profile(own if own.is_file() else "paper")
     else:
@@ -192,8 +193,6 @@ def _profile(run: Run, sensor: str | Path | Profile | None) -> Profile:
 
 
 def _scene(run: Run, scene: str | Path | Scene | None, materials: Materials) -> Scene:
-    if isinstance(scene, Scene):
-        return scene
     found = scene if scene is not None else run.scene
     if found is None:
         raise InputError(run.path, "", "holds no scene", "put scene.obj or scene.yaml there, or give --scene")

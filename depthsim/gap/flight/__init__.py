@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from depthsim.flight.log import FlightLog
+from depthsim.flight.nanobench import read_any
 from depthsim.flight.vehicle import Vehicle, load_vehicle
 from depthsim.gap.config import FlightConfig
 from depthsim.gap.diagnosis import Diagnosis
@@ -36,12 +37,11 @@ def diagnose_flight(
     seed: of the bootstrap; the same seed gives the same result. config: the thresholds. Raises
     :class:`~depthsim.errors.InputError`.
     """
-    from depthsim.flight.nanobench import read_any
-
     given = [logs] if isinstance(logs, (FlightLog, str, Path)) else list(logs)
-    flights = [log if isinstance(log, FlightLog) else read_any(log, drop_unmeasured=True) for log in given]
-    craft = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
+    flights = [read_any(log, drop_unmeasured=True) for log in given]
+    craft = load_vehicle(vehicle)
     found = investigate(flights, craft, without, seed, config=config)
     if out is not None:
         write_report(Path(out), found)
+        return found.diagnosis.in_report(out)
     return found.diagnosis

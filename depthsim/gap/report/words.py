@@ -5,11 +5,12 @@ import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from depthsim.gap.depth.where.residual import place_in_words
-from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap
 from depthsim.sensor.effect import effect_class, effect_ids, parameters_of
+
+if TYPE_CHECKING:  # a diagnosis shows itself in these words
+    from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap
 
 Tone = Literal["good", "fair", "bad"]
 STUB = "new_effect.py"
@@ -55,7 +56,7 @@ class Parameter:
         return f"{self.name} {self.value}{unit}{interval}"
 
 
-def verdict(diagnosis: Diagnosis) -> str:
+def verdict(diagnosis: "Diagnosis") -> str:
     """The answer in one sentence."""
     gap, names = diagnosis.gap, _listed([cause.effect for cause in diagnosis.causes])
     match diagnosis.verdict:
@@ -74,13 +75,13 @@ def verdict(diagnosis: Diagnosis) -> str:
     return "Unexplained: there is a gap, and no known effect accounts for it."
 
 
-def tone(diagnosis: Diagnosis) -> Tone:
+def tone(diagnosis: "Diagnosis") -> Tone:
     """How good the news is."""
     tones: dict[str, Tone] = {"no_gap": "good", "explained": "good", "partly_explained": "fair"}
     return tones.get(diagnosis.verdict, "bad")
 
 
-def gap_lines(gap: Gap, *, causes: bool) -> list[tuple[str, str]]:
+def gap_lines(gap: "Gap", *, causes: bool) -> list[tuple[str, str]]:
     """The figures of the gap, and what each is. causes: whether anything was added."""
     lines = [(f"{figure(gap.before)} {gap.unit}", "recording against simulation")]
     if causes:
@@ -105,7 +106,7 @@ def about(effect: str) -> str:
     return " ".join(text.replace("``", "").replace("`", "").split()).rstrip(".")
 
 
-def parameters(cause: Cause) -> list[Parameter]:
+def parameters(cause: "Cause") -> list[Parameter]:
     """The parameters of a cause, those that were fitted first; of a table by material only what was fitted."""
     declared = parameters_of(effect_class(cause.effect)) if cause.effect in effect_ids() else {}
     found = []
@@ -122,19 +123,25 @@ def parameters(cause: Cause) -> list[Parameter]:
     return sorted(found, key=lambda parameter: parameter.low is None)
 
 
-def place(cut: Cut) -> str:
-    """Where a cut lies."""
-    return place_in_words(cut)
+def place(cut: "Cut") -> str:
+    """Where a cut lies: its part of its axis."""
+    name = cut.axis.replace("_", " ")
+    if cut.interval is not None:
+        low, high = (0.0 if abs(end) < 1e-6 else end for end in cut.interval)
+        unit = "" if cut.unit == "1" else f" {cut.unit}"
+        ends = (f"{end:.0f}" if abs(end) >= 1000 else f"{end:.3g}" for end in (low, high))
+        return f"{name} {' to '.join(ends)}{unit}"
+    return f"{name}: {cut.label}" if cut.label and cut.label != name else name
 
 
-def tie(cause: Cause) -> str:
+def tie(cause: "Cause") -> str:
     """What else would explain these frames; empty where nothing would."""
     if not cause.indistinguishable_from:
         return ""
     return f"These frames do not tell {cause.effect} from {_listed(cause.indistinguishable_from, 'or')}."
 
 
-def next_steps(diagnosis: Diagnosis, origin: Origin) -> list[Step]:
+def next_steps(diagnosis: "Diagnosis", origin: Origin) -> list[Step]:
     """What to do with the answer, with the very commands."""
     if diagnosis.verdict == "no_gap":
         return [Step("Nothing is to be mended. Simulate with this sensor:", generate_command(origin))]

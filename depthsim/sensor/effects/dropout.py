@@ -5,8 +5,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field, FiniteFloat
 
+from depthsim.draws import BLOCK
 from depthsim.kernels import kernel
-from depthsim.sensor.draws import BLOCK
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.holes import lose

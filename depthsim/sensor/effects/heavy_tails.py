@@ -4,8 +4,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from depthsim.draws import BLOCK, uniform_block
 from depthsim.kernels import kernel
-from depthsim.sensor.draws import BLOCK, uniform_block
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 

@@ -4,9 +4,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from depthsim.draws import BLOCK, normal_block
 from depthsim.kernels import kernel
 from depthsim.parallel import split
-from depthsim.sensor.draws import BLOCK, normal_block
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.view import View
 

@@ -5,9 +5,9 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field, FiniteFloat
 
+from depthsim.draws import BLOCK, normal_block
 from depthsim.kernels import inlined, kernel
 from depthsim.llvm import bits_float
-from depthsim.sensor.draws import BLOCK, normal_block
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.noise_field import Correlation

@@ -12,7 +12,7 @@ from benchmarks.withheld_flight_data import Noise, Truth, flight
 from benchmarks.withheld_flight_data import Path as Flown
 from depthsim.cli import app
 from depthsim.errors import InputError
-from depthsim.flight.fly import fly
+from depthsim.flight.flying import fly
 from depthsim.flight.log import FlightLog, read_flight, write_flight
 from depthsim.flight.pathspec import resolve_path
 from depthsim.flight.vehicle import load_vehicle

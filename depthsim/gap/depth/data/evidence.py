@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,7 +19,7 @@ from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.frames import Still, choose_frames
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.regions import region_name, split_scene
-from depthsim.gap.depth.data.simulate import FITTING, Replay, acting
+from depthsim.gap.depth.data.simulate import FITTING, Replay
 from depthsim.materials import Materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster, Geometry
@@ -28,6 +27,7 @@ from depthsim.runs import Run
 from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.motion import Motion
+from depthsim.sensor.pipeline import acting
 
 Counts = NDArray[np.uint32]
 T = TypeVar("T")
@@ -56,7 +56,7 @@ class Evidence:
         self.threads = threads or core_count()
         self.caster = Caster(scene)
         self.motion = Motion.along(run.trajectory, run.truth)
-        self._replay = Replay(self.caster, scene, materials, run.camera, self.motion)
+        self._replay = Replay(self.caster, materials, run.camera, self.motion)
         self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
         self.base = tuple(base)
         self.stride = max(1, round(run.camera.width * run.camera.height / _COUNTED))
@@ -231,8 +231,3 @@ class Evidence:
             )  # fmt: skip
 
         self.each(cut, frames)
-
-
-def open_run(run: Path | Run) -> Run:
-    """A run, from its folder where it is not open yet."""
-    return run if isinstance(run, Run) else Run.open(Path(run))

@@ -31,7 +31,7 @@ class Difference:
     lost: tuple[float, float]
 
 
-def compare(
+def compare_cells(
     evidence: Evidence, view: int, cells: NDArray[np.int64], real: NDArray[np.integer], simulated: NDArray[np.integer]
 ) -> Difference:
     """What differs in some cells of a view."""

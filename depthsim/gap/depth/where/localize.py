@@ -18,7 +18,7 @@ from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.where.correction import learnable
-from depthsim.gap.depth.where.differences import TAIL, Difference, compare
+from depthsim.gap.depth.where.differences import TAIL, Difference, compare_cells
 from depthsim.gap.diagnosis import Cut
 from depthsim.sensor.effect import Effect
 
@@ -95,7 +95,7 @@ def _as_the_spread(evidence: Evidence, real: Counts, plain: Counts) -> int | Non
     number = next((n for n, v in views if v.name == "range" and v.single and v.kind == fingerprint.ERROR), None)
     if number is None:
         return None
-    what = compare(evidence, number, np.arange(evidence.axes[number].size), real, plain).what
+    what = compare_cells(evidence, number, np.arange(evidence.axes[number].size), real, plain).what
     return number if what in ("bias", "spread") else None
 
 
@@ -167,7 +167,7 @@ def cuts_of(
             continue
         seen.add(view.name)
         cells = shortest_row(place.shares) if view.unit else _largest(place.shares)
-        difference = compare(evidence, place.view, cells, real, simulated)
+        difference = compare_cells(evidence, place.view, cells, real, simulated)
         cuts.append(_tell(evidence, place, cells, difference))
         if difference.what == "tail" and "residual_tail" not in seen:
             seen.add("residual_tail")

@@ -7,6 +7,7 @@ from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.where.localize import Place
 from depthsim.gap.diagnosis import Cut
+from depthsim.gap.report.words import place as place_in_words
 from depthsim.sensor.effect import Effect
 
 
@@ -27,17 +28,6 @@ def describe(
 def best_learned(places: Sequence[Place]) -> float:
     """The most that a correction learned along one axis closes."""
     return max((place.closes for place in places if not math.isnan(place.closes)), default=0.0)
-
-
-def place_in_words(cut: Cut) -> str:
-    """A cut's part of its axis."""
-    name = cut.axis.replace("_", " ")
-    if cut.interval is not None:
-        low, high = (0.0 if abs(end) < 1e-6 else end for end in cut.interval)
-        unit = "" if cut.unit == "1" else f" {cut.unit}"
-        ends = (f"{end:.0f}" if abs(end) >= 1000 else f"{end:.3g}" for end in (low, high))
-        return f"{name} {' to '.join(ends)}{unit}"
-    return f"{name}: {cut.label}" if cut.label and cut.label != name else name
 
 
 def stub(cut: Cut) -> str:

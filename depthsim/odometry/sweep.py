@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from depthsim.errors import InputError
-from depthsim.generate import generate
+from depthsim.odometry.results import RESULTS, put_row, row_of
+from depthsim.odometry.score import Score, score
+from depthsim.odometry.sweep_plot import picture
+from depthsim.odometry.systems import DEPTH_MAX, estimate
 from depthsim.runs import Run
+from depthsim.runs.generate import generate
 from depthsim.runs.storing import write_whole
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.slam.results import RESULTS, put_row, row_of
-from depthsim.slam.score import Score, score
-from depthsim.slam.sweep_plot import picture
-from depthsim.slam.systems import DEPTH_MAX, estimate
 from depthsim.trajectory import Trajectory
 from depthsim.trajectory.poses import TOLERANCE, frame_count
 

@@ -1,7 +1,7 @@
 """From a scene, a trajectory and a sensor to a run on disk."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,18 +12,20 @@ from numpy.typing import NDArray
 from depthsim import __version__
 from depthsim.camera import Camera
 from depthsim.errors import InputError
+from depthsim.intensity import intensity_image
 from depthsim.materials import Materials, load_materials
 from depthsim.parallel import core_count
+from depthsim.presets import load_camera
 from depthsim.raycast import Caster
 from depthsim.runs.writer import RunWriter
 from depthsim.scene import Scene
+from depthsim.scenefile import load_scene
 from depthsim.scenefile.save import save_scene
-from depthsim.sensor import Profile, Sensor
-from depthsim.sensor.intensity import intensity_image
+from depthsim.sensor import Effect, Profile, Sensor, load_profile
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.sensor import Measurement, to_units
-from depthsim.stereo.sensor import StereoMeasurement, StereoSensor
-from depthsim.trajectory import Trajectory
+from depthsim.sensor.pipeline import to_depth_raw
+from depthsim.sensor.sensor import Measurement
+from depthsim.trajectory import Trajectory, load_trajectory
 
 STREAMS = ("depth", "clean", "material", "rgb", "normal", "ir_left", "ir_right")
 """What can be written of a frame; `normal` and `ir_*` only where they are asked for, `ir_*` only of active stereo."""
@@ -41,14 +43,15 @@ class Generated:
 
 
 def generate(
-    scene: Scene,
-    trajectory: Trajectory,
-    camera: Camera,
-    profile: Profile,
-    out: Path,
+    scene: str | Path | Scene,
+    trajectory: str | Path | Trajectory | None = None,
+    camera: str | Path | Camera | None = None,
+    profile: str | Path | Profile | Sequence[Effect] = "paper",
+    out: str | Path = "run",
     *,
+    frames: int | None = None,
     truth: Trajectory | None = None,
-    materials: Materials | None = None,
+    materials: str | Path | Materials | None = None,
     seed: int = 0,
     streams: tuple[str, ...] = DEFAULT_STREAMS,
     threads: int | None = None,
@@ -59,6 +62,12 @@ def generate(
 ) -> Generated:
     """Write the run of ``profile`` along ``trajectory`` to the folder ``out``.
 
+        generate("office", "tour", camera="d435", profile="paper", out="run", frames=60)
+
+    scene, camera, profile, materials: as :class:`~depthsim.sensor.Sensor` takes them. trajectory: as
+    :func:`~depthsim.trajectory.load_trajectory` takes it, at the camera's rate; the scene's first by default. Poses
+    that are given are the frames'. frames: the first so many.
+
     A run that was broken off is finished by the same call, in the same bytes. Frames are made side by side, one a
     thread, and each depends on nothing but its number, so the bytes do not depend on ``threads`` either.
 
@@ -67,32 +76,28 @@ def generate(
     streams: which pictures to write, from :data:`STREAMS`; depth is always among them.
     progress: called with the frames that are done and the frames in all.
     caster: of ``scene``, where there is one already. save: puts the scene into the folder in its own way.
+    Raises :class:`InputError` for anything that cannot be read, and for a folder that holds something else.
     """
-    materials = materials or load_materials()
+    out, materials, profile = Path(out), load_materials(materials), load_profile(profile)
     if profile.stereo is None and set(IR_STREAMS) & set(streams):
         raise InputError(profile.name, "", "is a sensor without infrared images", "give one of active stereo")
+    camera = load_camera(camera or profile.camera or "d435")
+    scene = load_scene(scene, materials=materials)
+    rate = None if isinstance(trajectory, Trajectory) else camera.rate
+    path = load_trajectory(trajectory, scene, rate, frames)
     record = _describe(scene, profile, materials, seed)
-    with RunWriter(out, camera, trajectory, record, streams, truth=truth, overwrite=overwrite) as writer:
-        missing, total = writer.missing(), len(trajectory)
+    with RunWriter(out, camera, path, record, streams, truth=truth, overwrite=overwrite) as writer:
+        missing, total = writer.missing(), len(path)
         progress(total - len(missing), total)
         if missing:
             save(scene, out)
-            sensor = open_sensor(profile, caster or Caster(scene), camera, materials)
+            sensor = Sensor(caster or scene, camera, profile, materials)
             maker = FrameMaker(
                 sensor, writer.trajectory, seed, streams, writer.truth
             )  # whose stamps are those of the files
             _write_frames(maker, writer, missing, total, threads or core_count(), progress)
         writer.finish()
     return Generated(out, total, len(missing))
-
-
-def open_sensor(
-    profile: Profile, caster: Caster, camera: Camera, materials: Materials | None = None
-) -> Sensor | StereoSensor:
-    """The sensor that a profile describes."""
-    if profile.stereo is not None:
-        return StereoSensor(caster, camera, profile.stereo, profile.effects, materials)
-    return Sensor(caster, camera, profile.effects, materials)
 
 
 def _describe(scene: Scene, profile: Profile, materials: Materials, seed: int) -> dict[str, Any]:
@@ -122,7 +127,7 @@ class FrameMaker:
 
     def __init__(
         self,
-        sensor: Sensor | StereoSensor,
+        sensor: Sensor,
         trajectory: Trajectory,
         seed: int,
         streams: tuple[str, ...],
@@ -149,13 +154,13 @@ class FrameMaker:
         self._buffers.measurement = measured
         scene, camera = sensor.caster.scene, sensor.camera
         makers: dict[str, Callable[[], NDArray[Any]]] = {
-            "depth": lambda: measured.units,
-            "clean": lambda: to_units(measured.clean.depth, camera),
+            "depth": lambda: measured.depth_raw,
+            "clean": lambda: to_depth_raw(measured.clean.depth, camera),
             "material": lambda: measured.clean.tag,
             "rgb": lambda: intensity_image(measured.clean, camera, pose, scene, sensor.materials, threads=1),
             "normal": lambda: measured.clean.normals(scene),
         }
-        if isinstance(measured, StereoMeasurement):
+        if measured.left is not None and measured.right is not None:
             left, right = measured.left, measured.right
             makers |= {"ir_left": lambda: left, "ir_right": lambda: right}
         return {stream: makers[stream]() for stream in self._streams}

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from depthsim.exporting.tables import points_of
 from depthsim.extras import load_extra
+from depthsim.odometry.systems import DEPTH_MAX
 from depthsim.runs import Run
-from depthsim.slam.systems import DEPTH_MAX
 
 RATE = 10.0
 """[Hz] Of the frames that it is given, at most."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from depthsim.kernels import inlined, kernel
 from depthsim.llvm import bits_float, float_bits
 from depthsim.parallel import split
-from depthsim.sensor.scratch import Scratch
+from depthsim.scratch import Scratch
 
 STEPS = 64
 BLOCK = 4 * STEPS

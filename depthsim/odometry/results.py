@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from depthsim.errors import InputError
+from depthsim.odometry.score import Score, align
 from depthsim.runs.storing import make_folder, write_whole
-from depthsim.slam.score import Score, align
 from depthsim.trajectory import Trajectory, tum_text
 
 COLUMNS = (

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from depthsim.slam.sweep import Case
+    from depthsim.odometry.sweep import Case
 
 COLOURS = {"open3d-slam": "#00798c", "open3d-odometry": "#d1495b", "kiss-icp": "#edae49"}
 _MARKS = "os^Dv*"

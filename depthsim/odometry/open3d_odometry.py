@@ -10,9 +10,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.odometry.open3d_images import colour_image, depth_image, intrinsic_matrix, matrix_of, quiet_open3d
+from depthsim.odometry.systems import DEPTH_MAX
 from depthsim.runs import Run
-from depthsim.slam.open3d_images import colour_image, depth_image, intrinsic_matrix, matrix_of, quiet_open3d
-from depthsim.slam.systems import DEPTH_MAX
 
 KEY_DISTANCE = 0.3
 """[m]"""

@@ -46,7 +46,7 @@ def estimate(run: Run, system: str, progress: Progress = lambda done, total: Non
         raise InputError("`system`", system, "is no system", f"give one of {', '.join(SYSTEMS)}")
     if len(run) < 2:
         raise InputError(run.path, "", "has one frame", "give a run of two frames or more")
-    module = importlib.import_module(f"depthsim.slam.{SYSTEMS[system]}")
+    module = importlib.import_module(f"depthsim.odometry.{SYSTEMS[system]}")
     begin = time.monotonic()
     poses: list[NDArray[np.float64]] = []
     given, skipped = [], 0

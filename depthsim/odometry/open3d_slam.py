@@ -10,9 +10,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.odometry.open3d_images import FUSING, colour_image, depth_image, intrinsic_matrix, matrix_of, quiet_open3d
+from depthsim.odometry.systems import DEPTH_MAX
 from depthsim.runs import Run
-from depthsim.slam.open3d_images import FUSING, colour_image, depth_image, intrinsic_matrix, matrix_of, quiet_open3d
-from depthsim.slam.systems import DEPTH_MAX
 
 VOXEL = 0.02
 """[m] The example has 0.0058, for a room of 3 m."""

@@ -17,16 +17,18 @@ from numpy.typing import NDArray
 
 from depthsim.errors import InputError
 from depthsim.materials import load_materials
+from depthsim.odometry.open3d_images import FUSING, colour_image, depth_image, intrinsic_matrix, quiet_open3d
+from depthsim.odometry.systems import estimate
 from depthsim.raycast import Caster
-from depthsim.reconstruct_mask import trusted
-from depthsim.runs import Run, layout
+from depthsim.reconstruction.mask import trusted
+from depthsim.runs import layout
+from depthsim.runs.folder import Run, open_run
 from depthsim.runs.png import encode_png
 from depthsim.runs.storing import FolderLock, write_whole
 from depthsim.runs.whole import whole_folder
 from depthsim.scene import Scene
 from depthsim.scenefile.save import save_scene
-from depthsim.slam.open3d_images import FUSING, colour_image, depth_image, intrinsic_matrix, quiet_open3d
-from depthsim.trajectory import Trajectory, tum_text
+from depthsim.trajectory import Trajectory, read_tum, tum_text
 
 TRUNCATION = 4.0
 """In voxels."""
@@ -42,25 +44,29 @@ class Reconstruction:
 
 
 def reconstruct(
-    run: Run,
-    out: Path,
+    run: str | Path | Run,
+    out: str | Path | None = None,
     *,
-    poses: Trajectory | None = None,
+    poses: str | Path | Trajectory | None = None,
     voxel: float = 0.02,
     depth_max: float = 4.0,
     least_views: int = 5,
     tag: str = "cement",
     progress: Progress = lambda done, total: None,
+    say: Callable[[str], None] = lambda _: None,
 ) -> Reconstruction:
     """Fuse a run into a mesh, and write it with masks into ``out``: a new folder with a copy of the run, or its own.
 
-    poses: camera to world, at all stamps of the run; its own by default. voxel, depth_max: [m]. least_views: how many
-    frames must have seen a surface. tag: the material of the whole mesh.
+    poses: camera to world, at all stamps of the run: a trajectory, a TUM file, or ``odometry`` for Open3D's; the run's
+    own by default, and where it has none, odometry. voxel, depth_max: [m]. least_views: how many frames must have seen
+    a surface. tag: the material of the whole mesh. say: told of poses that had to be estimated.
     Raises :class:`InputError` for a run that has a scene or masks already, where ``out`` is its own folder; for an
     unknown tag; and where nothing was seen often enough.
     """
     if tag not in load_materials():
         raise InputError("`tag`", tag, "is no material", "give a tag of materials.yaml")
+    run = open_run(run, posed=False)
+    poses, out = _poses(run, poses, say), run.path if out is None else Path(out)
     truth = poses or run.trajectory
     at = truth.at(run.stamps)
     same = out.absolute() == run.path.absolute()
@@ -79,6 +85,20 @@ def reconstruct(
             _copy(run, folder)
             _write(folder, scene, run, masks, poses)
     return Reconstruction(scene, share)
+
+
+def _poses(run: Run, choice: str | Path | Trajectory | None, say: Callable[[str], None]) -> Trajectory | None:
+    """The poses to fuse by; None for those of the run."""
+    if isinstance(choice, Trajectory) or (choice is None and (run.path / layout.GROUND_TRUTH).exists()):
+        return choice
+    if choice is not None and str(choice) != "odometry":
+        return read_tum(Path(choice))
+    found = estimate(run, "open3d-odometry")
+    if len(found.trajectory) < found.frames:
+        problem = f"the odometry lost its track after {len(found.trajectory)} of {found.frames} frames"
+        raise InputError(run.path, "", problem, "give --poses FILE, the TUM trajectory of a better system")
+    say(f"{run.path}: poses by open3d-odometry in {found.seconds:.0f} s")
+    return found.trajectory
 
 
 def fuse(

@@ -14,13 +14,16 @@ from depthsim.flight.fleet import make_fleet
 from depthsim.flight.imu import imu_samples
 from depthsim.flight.log import FlightLog, write_flight
 from depthsim.flight.paths import Path
+from depthsim.flight.pathspec import resolve_path
 from depthsim.flight.profile import Floats
 from depthsim.flight.reference import Reference, make_reference
 from depthsim.flight.table import write_table
-from depthsim.flight.vehicle import Vehicle
+from depthsim.flight.vehicle import Vehicle, load_vehicle
 from depthsim.flight.wind import Wind, make_air
+from depthsim.flight.windfile import resolve_wind
 from depthsim.runs.storing import make_folder, write_whole
 from depthsim.scene import Scene
+from depthsim.scenefile import load_scene
 from depthsim.trajectory.poses import Trajectory
 from depthsim.trajectory.rotation import multiply, rotation_matrices, view_rotations
 from depthsim.trajectory.tum import tum_text
@@ -51,8 +54,9 @@ class Flight:
     error: Floats
     contact: Contact | None = None
 
-    def write(self, out: File, *, poses: bool = True) -> None:
+    def write(self, out: str | File, *, poses: bool = True) -> None:
         """Write flight.csv, imu.csv and vehicle.yaml to the folder ``out``, and groundtruth.txt if ``poses``."""
+        out = File(out)
         refuse_run(out, poses)
         make_folder(out)
         write_flight(self.log, out / "flight.csv")
@@ -69,29 +73,33 @@ def refuse_run(out: File, poses: bool = True) -> None:
 
 
 def fly(
-    path: Path,
-    vehicle: Vehicle,
+    path: str | File | Path,
+    vehicle: str | File | Vehicle = "f450",
     *,
-    wind: Wind | None = None,
+    speed: float | None = None,
+    wind: str | File | Wind | None = None,
     feedforward: bool = True,
-    scene: Scene | None = None,
+    scene: str | File | Scene | None = None,
     ground: float | None = None,
     seed: int = 0,
     gyro_rate: int = 200,
     name: str = "flight",
 ) -> Flight:
-    """Fly a path once.
+    """Fly a path once: ``fly("lemniscate:size=20/10,center=0/0/3", "f450", wind="3/0/0")``.
 
-    wind: that of the vehicle if not given. feedforward: whether the controller knows of the drag. scene: what the
-    flight must not touch. ground: the height of level ground [m] for the ground effect; 0 if not given where
-    the vehicle has one. The same seed gives the same flight. ``name`` is what errors call it. Raises
-    :class:`InputError` for a path that the vehicle cannot fly.
+    path: a shape in one line, a .yaml file, or an object. vehicle: a name, a vehicle.yaml, or an object. speed: the
+    greatest [m/s], in place of the path's; a path that is an object has its own. wind: that of the vehicle if not
+    given. feedforward: whether the controller knows of the drag. scene: what the flight must not touch. ground: the
+    height of level ground [m] for the ground effect; 0 if not given where the vehicle has one. The same seed gives the
+    same flight. ``name`` is what errors call it. Raises :class:`InputError` for a path that the vehicle cannot fly.
     """
+    path, vehicle = resolve_path(path, speed), load_vehicle(vehicle)
+    scene = None if scene is None else load_scene(scene)
     if path.duration > LONGEST:
         raise InputError(name, "", f"takes {path.duration:.0f} s", f"shorten it to {LONGEST:.0f} s")
     reference = make_reference(path, vehicle, STEP, feedforward=feedforward)
     _check_feasible(reference, vehicle, name)
-    wind = wind or vehicle.wind
+    wind = vehicle.wind if wind is None else resolve_wind(wind)
     if ground is None and vehicle.ground_effect is not None:
         ground = 0.0
     air = make_air(wind, [seed], ground=-math.inf if ground is None else ground, **_conditions(reference, wind))

@@ -1,0 +1,119 @@
+"""The one way that a frame takes: what the rays meet, the effects in their order, and whole units of depth.
+
+The sensor takes it for every frame, with what its rays or its stereo matcher have found. The diagnosis takes it with
+casts that it keeps. So both make the same bits.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.camera import Camera
+from depthsim.kernels import kernel
+from depthsim.materials import Materials
+from depthsim.parallel import split
+from depthsim.raycast import Caster, Geometry
+from depthsim.scratch import Scratch
+from depthsim.sensor.effect import Effect, Stage, physical_order
+from depthsim.sensor.frame import Frame
+from depthsim.sensor.motion import Motion
+from depthsim.sensor.view import View
+
+SATURATED = 65535
+"""The 16-bit value of a depth that is too far for the unit."""
+
+
+@kernel
+def _round_to_units(start, stop, units_per_metre, depth, units):
+    """Depth [m] as the camera stores it: whole units, 0 for no return, 65535 where it would not fit."""
+    z, out = depth[start:stop], units[start:stop]
+    for i in range(z.size):
+        value = z[i] * units_per_metre + np.float32(0.5)
+        # Written so that what is not a number becomes no return.
+        value = value if value > np.float32(0) else np.float32(0)
+        value = value if value < np.float32(SATURATED) else np.float32(SATURATED)
+        out[i] = np.uint16(np.int32(value))
+
+
+def to_depth_raw(
+    depth: NDArray[np.float32], camera: Camera, threads: int = 1, out: NDArray[np.uint16] | None = None
+) -> NDArray[np.uint16]:
+    """Depth [m] as the camera's 16-bit picture, halves rounded up; 0 is no return, 65535 too far for the unit."""
+    out = np.empty(depth.shape, np.uint16) if out is None else out
+    per_metre = np.float32(1 / camera.depth_scale)
+    split(_round_to_units, depth.size, threads, per_metre, depth.reshape(-1), out.reshape(-1))
+    return out
+
+
+def acting(effects: Sequence[Effect]) -> list[Effect]:
+    """Those that change anything, in the order in which they act."""
+    return sorted((e for e in effects if not e.is_neutral), key=physical_order)
+
+
+def bending(effects: Sequence[Effect]) -> list[Effect]:
+    """Those that move the camera or bend its rays, so that the frame has to be cast with them."""
+    return [effect for effect in effects if effect.stage <= Stage.OPTICS]
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """One frame to be taken. pose: (4, 4) camera to world. index, seed: the key of its random numbers. stamp: [s].
+
+    motion: where the camera is, in time. scratch: memory for arrays that are done with when the frame is.
+    """
+
+    pose: NDArray[np.float64]
+    motion: Motion
+    seed: int = 0
+    index: int = 0
+    stamp: float = 0.0
+    threads: int = 1
+    scratch: Scratch = field(default_factory=Scratch)
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """A camera in a scene. The effects that its methods take are ordered by :func:`acting`."""
+
+    caster: Caster
+    camera: Camera
+    materials: Materials
+
+    def cast_bent(
+        self, effects: Sequence[Effect], exposure: Exposure, *, right: bool, out: Geometry | None = None
+    ) -> Geometry:
+        """What the rays meet that :func:`bending` effects have bent. out: an earlier result, to be written over."""
+        e, camera = exposure, self.camera
+        view = View(e.pose, camera.rays, camera, e.motion, e.seed, e.index, e.stamp, e.threads, e.scratch)
+        for effect in bending(effects):
+            effect.bend(view)
+        # A batch of one, whether there is a pose a frame or a pose a row, so that the same memory fits both.
+        poses = view.pose[None]
+        batch = None if out is None else out.reshaped((1, *camera.shape))
+        met = self.caster.cast(camera, poses, right=right, rays=view.rays, threads=e.threads, out=batch)
+        return met[0]
+
+    def apply(
+        self,
+        effects: Sequence[Effect],
+        geometry: Geometry,
+        depth: NDArray[np.float32],
+        exposure: Exposure,
+        out: NDArray[np.uint16] | None = None,
+    ) -> NDArray[np.uint16]:
+        """(height, width) the frame as the camera stores it, once the effects that bend no rays have acted.
+
+        geometry: what the rays met. depth: (height, width) float32 what the effects begin with [m], changed in place
+        into what is stored, before it was rounded. out: memory for the result.
+        """
+        e = exposure
+        frame = Frame(
+            depth, geometry, self.camera, self.caster.scene, self.materials, e.motion, e.seed, e.index, e.stamp,
+            e.threads, e.scratch,
+        )  # fmt: skip
+        for effect in effects:
+            if effect.stage > Stage.OPTICS:
+                effect.apply(frame)
+        return to_depth_raw(frame.depth, self.camera, e.threads, out)

@@ -1,0 +1,81 @@
+"""One frame pipeline: what the diagnosis simulates is what the sensor measures, bit for bit."""
+
+import ast
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shapes import as_scene, box, quad
+
+import depthsim
+from depthsim.camera import Camera
+from depthsim.gap.depth.data.frames import Still
+from depthsim.gap.depth.data.simulate import FITTING, Replay
+from depthsim.materials import load_materials
+from depthsim.raycast import Caster
+from depthsim.sensor import Effect, Sensor, effect_class, effect_ids, load_profile
+from depthsim.sensor.motion import Motion
+from depthsim.sensor.pipeline import acting
+from depthsim.sensor.profile import profile_names
+from depthsim.trajectory import Trajectory
+
+CAMERA = Camera(name="small", width=64, height=48, fx=40, fy=40, cx=31.5, cy=23.5, baseline=0.05)
+INDEX, STAMP = 3, 0.1
+STAMPS = np.linspace(0, 0.2, 7)
+MOVING = Motion.along(
+    Trajectory(STAMPS, np.stack([0.8 * STAMPS, 0.3 * STAMPS, 0 * STAMPS], axis=1), np.tile([0, 0, 0, 1.0], (7, 1)))
+)
+
+
+@cache
+def caster(kind: str) -> Caster:
+    """Boxes in a closed room, or two plates before nothing; the camera looks along z, y is down."""
+    if kind == "closed":
+        return Caster(as_scene(box((-2, -1.5, -1), (2.5, 1.5, 4)), box((-0.3, -0.3, 1.2), (0.2, 0.6, 1.7))))
+    return Caster(
+        as_scene(quad((-0.5, -0.5, 1.2), (0.7, 0, 0), (0, 0.8, 0)), quad((-0.6, -0.9, 2.5), (2, 0, 0), (0, 2, 0)))
+    )
+
+
+def agree(effects: list[Effect], kind: str, seed: int = 7) -> None:
+    """The sensor's frame and the diagnosis', of a camera that moves; and the diagnosis' again, by casts it has kept."""
+    materials, pose = load_materials(), MOVING.at(STAMP)[0]
+    keys = {"index": INDEX, "stamp": STAMP, "seed": seed, "motion": MOVING}
+    seen = Sensor(caster(kind), CAMERA, effects, materials).measure(pose, **keys)
+    none = np.empty(0, np.float32)
+    met = caster(kind).cast(CAMERA, pose, right=True)
+    still = Still(INDEX, STAMP, pose, met, none, none, np.empty((0, 0), np.uint16))
+    replay = Replay(caster(kind), materials, CAMERA, MOVING)
+    for _ in range(2):
+        np.testing.assert_array_equal(replay.measure(acting(effects), still, seed), seen.depth_raw)
+    assert met.hit.all() if kind == "closed" else 0.1 < met.hit.mean() < 0.9
+
+
+@pytest.mark.parametrize("kind", ["closed", "open"])
+@pytest.mark.parametrize("name", [name for name in profile_names() if load_profile(name).stereo is None])
+def test_the_diagnosis_simulates_what_a_profile_measures(name: str, kind: str) -> None:
+    agree(list(load_profile(name).effects), kind)
+
+
+@pytest.mark.parametrize("kind", ["closed", "open"])
+@pytest.mark.parametrize("name", effect_ids())
+def test_the_diagnosis_simulates_what_an_effect_does(name: str, kind: str) -> None:
+    agree([effect_class(name)()], kind)
+
+
+@pytest.mark.parametrize("seed", [7, FITTING])
+@pytest.mark.parametrize("kind", ["closed", "open"])
+def test_the_diagnosis_simulates_all_effects_together(kind: str, seed: int) -> None:
+    agree([effect_class(name)() for name in effect_ids()], kind, seed)
+
+
+def test_stereo_knows_nothing_of_the_sensor() -> None:
+    """The sensor is made of stereo, its random numbers lie below both: so there is no cycle."""
+    package = Path(depthsim.__file__).parent
+    files = [*package.glob("stereo/*.py"), package / "draws.py", package / "scratch.py"]
+    for file in files:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert not any(name.startswith("depthsim.sensor") for name in names), (file, names)
