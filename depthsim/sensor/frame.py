@@ -12,7 +12,7 @@ from depthsim.materials import Materials
 from depthsim.parallel import split
 from depthsim.raycast import Geometry
 from depthsim.scene import NO_TAG, Scene
-from depthsim.sensor.draws import Draws
+from depthsim.sensor.draws import Draws, Seed
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.noise_field import Correlation, noise_field
 from depthsim.sensor.scratch import Scratch
@@ -54,7 +54,7 @@ class Frame:
         scene: Scene,
         materials: Materials,
         motion: Motion,
-        seed: int = 0,
+        seed: int | Seed = 0,
         index: int = 0,
         stamp: float = 0.0,
         threads: int = 1,

@@ -14,6 +14,7 @@ from depthsim.kernels import kernel
 from depthsim.materials import Materials, load_materials
 from depthsim.parallel import core_count, split
 from depthsim.raycast import Caster, Geometry
+from depthsim.sensor.draws import Seed
 from depthsim.sensor.effect import Effect, Stage, physical_order
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.motion import Motion
@@ -43,6 +44,14 @@ def _round_to_units(start, stop, units_per_metre, depth, units):
         value = value if value > np.float32(0) else np.float32(0)
         value = value if value < np.float32(SATURATED) else np.float32(SATURATED)
         out[i] = np.uint16(np.int32(value))
+
+
+def through_disparity(
+    clean: NDArray[np.float32], camera: Camera, threads: int, out: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Clean depth [m] written to ``out`` as what a disparity gives back: the same but for the last bit."""
+    split(_through_disparity, out.size, threads, np.float32(camera.focal_baseline), clean.reshape(-1), out.reshape(-1))
+    return out
 
 
 def to_units(
@@ -116,7 +125,7 @@ class Sensor:
         *,
         index: int = 0,
         stamp: float = 0.0,
-        seed: int = 0,
+        seed: int | Seed = 0,
         motion: Motion | None = None,
         threads: int | None = None,
         out: Measurement | None = None,
@@ -151,8 +160,7 @@ class Sensor:
             clean = met = cast()
         depth = out.depth if out else np.empty(self.camera.shape, np.float32)
         units = out.units if out else np.empty(self.camera.shape, np.uint16)
-        focal_baseline = np.float32(self.camera.focal_baseline)
-        split(_through_disparity, depth.size, threads, focal_baseline, met.depth.reshape(-1), depth.reshape(-1))
+        through_disparity(met.depth, self.camera, threads, depth)
         frame = Frame(
             depth, met, self.camera, self.caster.scene, self.materials, motion, seed, index, stamp, threads, scratch
         )
