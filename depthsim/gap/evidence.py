@@ -13,7 +13,7 @@ from depthsim.errors import InputError
 from depthsim.gap import counting, fingerprint
 from depthsim.gap.covariates import Covariates, covariates
 from depthsim.gap.regions import region_name, split_scene
-from depthsim.gap.replay import FITTING, Replay, acting
+from depthsim.gap.replay import FITTING, SPREAD, Replay, acting
 from depthsim.gap.spread import spread_of
 from depthsim.gap.stills import Still, choose_frames
 from depthsim.gap.views import Cuts, View, frame_cells, layout, make_cuts, make_views
@@ -22,6 +22,7 @@ from depthsim.parallel import core_count
 from depthsim.raycast import Caster, Geometry
 from depthsim.runs import Run
 from depthsim.scene import Scene
+from depthsim.sensor.draws import Seed
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.motion import Motion
 
@@ -87,7 +88,7 @@ class Evidence:
         """(blocks, size): what the recording shows."""
         return np.stack([self.real[b] for b in blocks])
 
-    def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = FITTING) -> Counts:
+    def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
         """(blocks, size): what a sensor with ``effects`` shows on those blocks."""
         ordered = acting(effects)
 
@@ -96,7 +97,7 @@ class Evidence:
 
         return np.stack(self.each(one, blocks))
 
-    def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = FITTING) -> Counts:
+    def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
         """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly."""
         ordered = acting(effects)
         frames = [int(i) for b in blocks for i in self.blocks[b]]
@@ -110,7 +111,7 @@ class Evidence:
 
         return np.asarray(np.sum(self.each(one, range(self.threads)), axis=0, dtype=np.uint32))
 
-    def pictures(self, effects: Sequence[Effect], block: int, seed: int = 1) -> list[NDArray[np.uint16]]:
+    def pictures(self, effects: Sequence[Effect], block: int, seed: Seed) -> list[NDArray[np.uint16]]:
         """The frames of a block as a sensor with ``effects`` stores them."""
         ordered = acting(effects)
         return [self._measure(ordered, int(i), seed) for i in self.blocks[block]]
@@ -125,7 +126,7 @@ class Evidence:
         """A region of the scene in words: what it is made of and where it lies."""
         return region_name(self.scene, self._region_of_face, region)
 
-    def _measure(self, ordered: Sequence[Effect], index: int, seed: int) -> NDArray[np.uint16]:
+    def _measure(self, ordered: Sequence[Effect], index: int, seed: Seed) -> NDArray[np.uint16]:
         return self._replay.measure(ordered, self.stills[index], seed)
 
     def _count(
@@ -217,7 +218,7 @@ class Evidence:
             )  # fmt: skip
         if like is None:
             ordered, some = acting(self.base), frames[:: max(1, len(frames) // 8)]
-            simulated = ((self._measure(ordered, i, 0), self.stills[i].geometry) for i in some)
+            simulated = ((self._measure(ordered, i, SPREAD), self.stills[i].geometry) for i in some)
             cuts.spread_cuts, cuts.spread = spread_of(simulated, self.camera.depth_scale, len(self.scene.tags))
 
         def cut(index: int) -> None:

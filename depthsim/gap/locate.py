@@ -19,6 +19,7 @@ from depthsim.gap.distance import Ruler
 from depthsim.gap.evidence import Counts, Evidence
 from depthsim.gap.learned import learnable
 from depthsim.gap.moments import TAIL, Difference, compare
+from depthsim.gap.replay import LOCATING
 from depthsim.gap.result import Cut
 from depthsim.gap.views import View
 from depthsim.sensor.effect import Effect
@@ -55,7 +56,7 @@ class Place:
 def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[Place]:
     """All axes, the one that matters most first. effects: the sensor that is compared with the recording."""
     real = evidence.real_counts(evidence.test).sum(axis=0)
-    plain, another = (evidence.simulate(effects, evidence.test, seed=seed).sum(axis=0) for seed in (8, 9))
+    plain, another = (evidence.simulate(effects, evidence.test, seed=seed).sum(axis=0) for seed in LOCATING)
     excess = np.maximum(ruler.divergence(real, plain) - ruler.divergence(another, plain), 0) * ruler.totals(real)
     errors = [n for n, view in enumerate(evidence.views) if view.kind == fingerprint.ERROR]
     pairs = [n for n, view in enumerate(evidence.views) if fingerprint.ERROR < view.kind < fingerprint.ACROSS]
@@ -159,7 +160,7 @@ def cuts_of(
 ) -> tuple[Cut, ...]:
     """The ranked list for diagnosis.json: each axis once, with the part of it that holds most of its gap."""
     real = evidence.real_counts(evidence.test).sum(axis=0)
-    simulated = evidence.simulate(effects, evidence.test, seed=8).sum(axis=0)
+    simulated = evidence.simulate(effects, evidence.test, seed=LOCATING[0]).sum(axis=0)
     cuts: list[Cut] = []
     seen: set[str] = set()
     for place in places:

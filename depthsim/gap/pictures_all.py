@@ -12,10 +12,11 @@ from depthsim.gap.pictures_candidates import candidates_picture
 from depthsim.gap.pictures_curves import Series, curves_picture
 from depthsim.gap.pictures_errors import Sample, correlation_picture, errors_picture, sample
 from depthsim.gap.pictures_where import image_picture, mesh_picture
+from depthsim.sensor.draws import Seed
 from depthsim.sensor.effect import Effect
 
 _ROWS = 3
-_SEED = 31
+_SEED = Seed("drawing")
 _TOGETHER = {"pixel_neighbours", "frame_neighbours"}
 _TOGETHER_EFFECTS = {"spatial_correlation", "temporal_correlation", "spatial_filter"}
 
@@ -45,7 +46,7 @@ def pictures(found: Findings) -> dict[str, Picture]:
 def _candidates(found: Findings) -> Picture | None:
     if found.choice is None:
         return None
-    return candidates_picture(found.choice, found.diagnosis.causes, found.before.gap, found.before.floor)
+    return candidates_picture(found.choice, found.diagnosis.causes, found.before.gap, found.after.floor)
 
 
 def _samples(found: Findings, sensors: Sequence[tuple[str, str, Sequence[Effect]]]) -> list[Sample]:
