@@ -9,6 +9,7 @@ The kernels work in blocks of 256 numbers: Philox gives four words a step, so th
 """
 
 import hashlib
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,6 +125,16 @@ def _fill_uniform(start, stop, frame, stream, key, out):
         part[:] = values[: part.size]
 
 
+class Seed(NamedTuple):
+    """A seed that no user can give: each purpose has a key space of its own, and so have whole numbers, as users give.
+
+    purpose: ASCII, 1 to 16 characters, what BLAKE2b takes as its personalization.
+    """
+
+    purpose: str
+    number: int = 0
+
+
 class Draws:
     """The random numbers of one effect in one frame.
 
@@ -131,8 +142,11 @@ class Draws:
     while it uses them takes ``key`` and ``frame`` and calls :func:`normal_block` or :func:`uniform_block`.
     """
 
-    def __init__(self, seed: int, name: str, frame: int, threads: int = 1, scratch: Scratch | None = None) -> None:
-        digest = hashlib.blake2b(f"{seed}:{name}".encode(), digest_size=8).digest()
+    def __init__(
+        self, seed: int | Seed, name: str, frame: int, threads: int = 1, scratch: Scratch | None = None
+    ) -> None:
+        purpose, number = seed if isinstance(seed, Seed) else ("", seed)
+        digest = hashlib.blake2b(f"{number}:{name}".encode(), digest_size=8, person=purpose.encode()).digest()
         self.key = np.frombuffer(digest, "<u4").astype(np.uint32)
         self.frame = frame
         self._threads, self._scratch = threads, scratch

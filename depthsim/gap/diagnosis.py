@@ -62,6 +62,7 @@ class Cause(_Part):
 
     parameters: as fitted; ci95: their 95 % intervals, for those that were fitted.
     closed_fraction: what of the gap this effect closes, on data that it was not fitted on; ci95_closed: its interval.
+    Of a depth sensor's causes the closed fractions add up to that of the gap.
     indistinguishable_from: effects that explain these data as well. advice: the recording that would tell them apart.
     """
 

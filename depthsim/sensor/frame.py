@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from depthsim.camera import Camera
-from depthsim.draws import Draws
+from depthsim.draws import Draws, Seed
 from depthsim.kernels import kernel
 from depthsim.materials import Materials
 from depthsim.parallel import split
@@ -54,7 +54,7 @@ class Frame:
         scene: Scene,
         materials: Materials,
         motion: Motion,
-        seed: int = 0,
+        seed: int | Seed = 0,
         index: int = 0,
         stamp: float = 0.0,
         threads: int = 1,

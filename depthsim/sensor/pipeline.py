@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.draws import Seed
 from depthsim.kernels import kernel
 from depthsim.materials import Materials
 from depthsim.parallel import split
@@ -66,7 +67,7 @@ class Exposure:
 
     pose: NDArray[np.float64]
     motion: Motion
-    seed: int = 0
+    seed: int | Seed = 0
     index: int = 0
     stamp: float = 0.0
     threads: int = 1

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
-from depthsim.draws import Draws
+from depthsim.draws import Draws, Seed
 from depthsim.scratch import Scratch
 from depthsim.sensor.motion import Motion
 
@@ -25,7 +25,7 @@ class View:
     rays: NDArray[np.float32]
     camera: Camera
     motion: Motion
-    seed: int
+    seed: int | Seed
     index: int
     stamp: float
     threads: int = 1

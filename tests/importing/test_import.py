@@ -26,7 +26,7 @@ from depthsim.runs import Run
 from depthsim.runs.png import encode_png
 from depthsim.trajectory import Trajectory, write_tum
 
-FREIBURG1 = Path(__file__).parents[1] / "../shared/data/rgbd_dataset_freiburg1_xyz"
+FREIBURG1 = Path(__file__).parents[2] / "../shared/data/rgbd_dataset_freiburg1_xyz"
 
 
 @pytest.fixture(scope="module")

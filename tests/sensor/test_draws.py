@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import special, stats
 
 from depthsim import draws
-from depthsim.draws import BLOCK, STEPS, Draws
+from depthsim.draws import BLOCK, STEPS, Draws, Seed
 from depthsim.sensor.effects import material_noise
 
 WORDS = 2**32
@@ -218,3 +218,16 @@ def test_threads_and_shapes_make_no_difference(size: int, threads: int, seed: in
         whole = getattr(one, kind)((3000,))
         assert np.array_equal(getattr(Draws(seed, "x", 2, threads), kind)((size,)), whole[:size])
     assert np.array_equal(one.normal((30, 100)).ravel(), one.normal((3000,)))
+
+
+@given(st.integers(), st.text(st.characters(codec="ascii"), min_size=1, max_size=16), st.integers(0))
+def test_no_seed_of_a_user_is_one_that_has_a_purpose(user: int, purpose: str, number: int) -> None:
+    own = Draws(user, "noise", 0).key
+    digest = hashlib.blake2b(f"{user}:noise".encode(), digest_size=8).digest()
+    assert own.tolist() == np.frombuffer(digest, "<u4").tolist()
+    for other in (Seed(purpose, number), Seed(purpose, user), Seed(purpose)):
+        assert Draws(other, "noise", 0).key.tolist() != own.tolist()
+    assert (
+        Draws(Seed(purpose, number), "noise", 0).key.tolist()
+        != Draws(Seed(purpose, number + 1), "noise", 0).key.tolist()
+    )

@@ -171,7 +171,7 @@ def test_an_effect_says_what_it_is(effect_id: str) -> None:
 
 
 def test_no_other_file_lists_effects() -> None:
-    root = Path(__file__).resolve().parents[1]
+    root = Path(__file__).resolve().parents[2]
     files = [root / "docs" / "effects.py", root / "benchmarks" / "effects.py", *(root / "viewer").rglob("*.py")]
     for part in ("gap/depth", "gap/report", "sweep", "cli"):
         files += (root / "depthsim" / part).rglob("*.py")

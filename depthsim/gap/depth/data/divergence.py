@@ -55,11 +55,13 @@ class Ruler:
     def divergence(self, a: Counted, b: Counted) -> Floats:
         """(cells,) Jensen–Shannon divergence of the histograms in each cell [bits], 0 where one is empty."""
         n, m = self.totals(a), self.totals(b)
-        p, q = a / np.maximum(n, 1)[self.cell_of_bin], b / np.maximum(m, 1)[self.cell_of_bin]
+        filled = np.flatnonzero((a > 0) | (b > 0))  # a small part of all
+        cell = self.cell_of_bin[filled]
+        p, q = a[filled] / np.maximum(n, 1)[cell], b[filled] / np.maximum(m, 1)[cell]
         middle = (p + q) / 2
         with np.errstate(divide="ignore", invalid="ignore"):
             bits = np.where(p > 0, p * np.log2(p / middle), 0) + np.where(q > 0, q * np.log2(q / middle), 0)
-        return np.where((n > 0) & (m > 0), np.add.reduceat(bits, self.starts) / 2, 0)
+        return np.where((n > 0) & (m > 0), np.bincount(cell, bits, len(n)) / 2, 0)
 
     def by_view(self, a: Counted, b: Counted) -> Floats:
         """(views,) mean divergence of each view's cells [bits per pixel]."""
@@ -68,8 +70,15 @@ class Ruler:
         summed = np.bincount(self.view_of_cell, totals * self.divergence(a, b), self.views)
         return np.asarray(summed / np.maximum(in_view, 1))
 
+    def over_views(self, by_view: Floats, counts: Counted) -> Floats:
+        """(...) the mean of by_view (..., views) over the views in which any pixel was counted; 0 if there is none.
+
+        Which views those are is for the scene, the poses and the mask to say, so they are the same for a recording and
+        for whatever sensor is simulated on it, one without any randomness included.
+        """
+        counted = np.bincount(self.view_of_cell, self.totals(counts), self.views) > 0
+        return np.asarray(by_view[..., counted].sum(axis=-1) / max(int(counted.sum()), 1))
+
     def gap(self, a: Counted, b: Counted) -> float:
         """The gap: the mean over the views of :meth:`by_view` [bits per pixel]."""
-        totals = self.totals(a)
-        seen = np.bincount(self.view_of_cell, totals, self.views) > 0
-        return float(self.by_view(a, b)[seen].mean()) if seen.any() else 0.0
+        return float(self.over_views(self.by_view(a, b), a))

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.draws import Seed
 from depthsim.errors import InputError
 from depthsim.gap.depth.data import counting
 from depthsim.gap.depth.data import histograms as fingerprint
@@ -19,7 +20,7 @@ from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.frames import Still, choose_frames
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.regions import region_name, split_scene
-from depthsim.gap.depth.data.simulate import FITTING, Replay
+from depthsim.gap.depth.data.simulate import FITTING, SPREAD, Replay
 from depthsim.materials import Materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster, Geometry
@@ -91,7 +92,7 @@ class Evidence:
         """(blocks, size): what the recording shows."""
         return np.stack([self.real[b] for b in blocks])
 
-    def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = FITTING) -> Counts:
+    def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
         """(blocks, size): what a sensor with ``effects`` shows on those blocks."""
         ordered = acting(effects)
 
@@ -100,7 +101,7 @@ class Evidence:
 
         return np.stack(self.each(one, blocks))
 
-    def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: int = FITTING) -> Counts:
+    def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
         """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly."""
         ordered = acting(effects)
         frames = [int(i) for b in blocks for i in self.blocks[b]]
@@ -114,7 +115,7 @@ class Evidence:
 
         return np.asarray(np.sum(self.each(one, range(self.threads)), axis=0, dtype=np.uint32))
 
-    def pictures(self, effects: Sequence[Effect], block: int, seed: int = 1) -> list[NDArray[np.uint16]]:
+    def pictures(self, effects: Sequence[Effect], block: int, seed: Seed) -> list[NDArray[np.uint16]]:
         """The frames of a block as a sensor with ``effects`` stores them."""
         ordered = acting(effects)
         return [self._measure(ordered, int(i), seed) for i in self.blocks[block]]
@@ -125,7 +126,7 @@ class Evidence:
         """(size,) counts of pictures, corrected along one view; see :func:`counting.count_corrected`."""
         return self._count(block, pictures, correction)
 
-    def _measure(self, ordered: Sequence[Effect], index: int, seed: int) -> NDArray[np.uint16]:
+    def _measure(self, ordered: Sequence[Effect], index: int, seed: Seed) -> NDArray[np.uint16]:
         return self._replay.measure(ordered, self.stills[index], seed)
 
     def _count(
@@ -217,7 +218,7 @@ class Evidence:
             )  # fmt: skip
         if like is None:
             ordered, some = acting(self.base), frames[:: max(1, len(frames) // 8)]
-            simulated = ((self._measure(ordered, i, 0), self.stills[i].geometry) for i in some)
+            simulated = ((self._measure(ordered, i, SPREAD), self.stills[i].geometry) for i in some)
             cuts.spread_cuts, cuts.spread = spread_of(simulated, self.camera.depth_scale, len(self.scene.tags))
 
         def cut(index: int) -> None:

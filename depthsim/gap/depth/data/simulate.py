@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.draws import Seed
 from depthsim.gap.depth.data.frames import Still
 from depthsim.materials import Materials
 from depthsim.raycast import Caster, Geometry
@@ -15,8 +16,9 @@ from depthsim.sensor.effect import Effect
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.pipeline import Exposure, Pipeline, bending
 
-FITTING = 1
-"""The seed of the simulations that parameters are fitted by."""
+SPREAD, FITTING, LOCATING = Seed("spread"), Seed("fitting"), (Seed("locating", 0), Seed("locating", 1))
+"""The seeds of the simulations that the measure of errors is from, that parameters are fitted by, and of the two that
+the gap is located by. No recording that is diagnosed can have been made by one of them."""
 _CASTS = 2
 """How many casts of bent rays are kept of a frame."""
 
@@ -29,7 +31,7 @@ class Replay:
         self._own = threading.local()
         self._casts: dict[int, list[tuple[list[Effect], bool, Geometry]]] = {}
 
-    def measure(self, effects: Sequence[Effect], still: Still, seed: int) -> NDArray[np.uint16]:
+    def measure(self, effects: Sequence[Effect], still: Still, seed: Seed) -> NDArray[np.uint16]:
         """(height, width) the frame as the sensor with ``effects``, as :func:`acting` orders them, stores it."""
         scratch = Scratch.of_thread(self._own)
         exposure = Exposure(still.pose, self._motion, seed, still.index, still.stamp, 1, scratch)

@@ -22,6 +22,8 @@ _PLIANT = 4
 """With so many parameters an effect can take up much of what is another's."""
 _TAKEN_UP = 0.1
 """By what part of what it closes a pliant further cause may be ahead of a plain one without being preferred."""
+_JUDGED = 4
+"""How many runs a model is judged by: by one alone, a cause that closes a few per cent of the floor is luck."""
 _LOOKED_AT = 400_000
 """As many pixels are enough for a first look."""
 Say = Callable[[str], None]
@@ -48,6 +50,8 @@ class Search:
     ) -> None:
         self.evidence, self.judge, self.bank, self.say = evidence, judge, list(bank), say
         self.before, self.floor, self.base = before, floor, evidence.base
+        # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
+        self._chance = judge.quick(evidence.base, _JUDGED) - before
         self._few = first_look(evidence)
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
 
@@ -62,7 +66,7 @@ class Search:
 
     def judged(self, model: Model) -> Candidate:
         """The model with its gap on the frames held out."""
-        return Candidate(model, self.judge.quick(model.build(self.base)))
+        return Candidate(model, self.judge.quick(model.build(self.base), _JUDGED) - self._chance)
 
     def step(self, so_far: Model | None, earlier: Sequence[Candidate] = ()) -> list[Candidate]:
         """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out.

@@ -33,7 +33,8 @@ _PLAIN = 0.5
 
 @dataclass(frozen=True)
 class Choice:
-    """The causes. shares: what each takes off the gap on the frames held out; ties: the equals of each cause.
+    """The causes. shares: what each takes off the gap on the frames held out [bits per pixel]; ties: the equals of
+    each cause.
 
     looked_at: the leaders of each step, for the report.
     """
@@ -79,7 +80,8 @@ def choose(
         model = search.fit(model.less(least), 3)
         shares = credit(judge, search.base, model)
     say("settling the parameters")
-    return Choice(search.settled(model), shares, ties, tuple(chain.looked))
+    model = search.settled(model)
+    return Choice(model, credit(judge, search.base, model), ties, tuple(chain.looked))
 
 
 def _grow(search: Search, chain: _Chain) -> _Chain:

@@ -6,12 +6,18 @@ from math import factorial
 import numpy as np
 
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.validate import Judge
+from depthsim.gap.depth.fit.validate import NULLS, Judge
 from depthsim.sensor.effect import Effect
+
+_BETWEEN = 2
+"""How many runs are simulated of a sensor with some of the causes."""
 
 
 def credit(judge: Judge, base: tuple[Effect, ...], model: Model) -> tuple[float, ...]:
-    """What each cause takes off the gap: the mean over all orders in which they may be added.
+    """What each cause takes off the gap [bits per pixel]: the mean over all orders in which they may be added.
+
+    Together they take off what the whole model does, as the gap without any of them and with all is that which
+    :meth:`Judge.score` tells; what lies between is from fewer simulated runs.
 
     Source: Shapley, "A Value for n-Person Games", 1953.
     """
@@ -22,7 +28,7 @@ def credit(judge: Judge, base: tuple[Effect, ...], model: Model) -> tuple[float,
             effects = base
             for k in chosen:
                 effects = model.parts[k].build(effects, xs[k])
-            gaps[frozenset(chosen)] = judge.quick(effects, 2)
+            gaps[frozenset(chosen)] = judge.quick(effects, NULLS if size in (0, count) else _BETWEEN)
     taken = np.zeros(count)
     for order in permutations(range(count)):
         for place, k in enumerate(order):

@@ -71,7 +71,7 @@ def _instead(search: Search, model: Model, cause: str, rival: Candidate) -> Cand
 
 def _surely_worse(judge: Judge, other: tuple[Effect, ...], chosen: tuple[Effect, ...]) -> bool:
     """Whether the frames held out agree that ``other`` leaves more of the gap than ``chosen``."""
-    theirs, mine = (judge.simulate(effects, 0) for effects in (other, chosen))
+    theirs, mine = (judge.runs(effects, 1)[0] for effects in (other, chosen))
 
     def difference(blocks: NDArray[np.int64]) -> float:
         a, b, c = (x[blocks].sum(axis=0) for x in (judge.real, theirs, mine))

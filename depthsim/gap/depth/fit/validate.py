@@ -8,14 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from depthsim.draws import Seed
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
-_NULLS = 8
+NULLS = 16
 """Simulated recordings that tell how far apart two runs of one sensor are."""
-_SEED = 1000
+_RESAMPLED = 8
+"""How many of them are taken when blocks of frames are left out in turn."""
+_LIKE_THE_OTHERS = 8
+"""A view's variance is drawn to the median of all views, as if so many more runs had that: of few runs some views'
+own comes out far too small by chance."""
+_LEAST_SPREAD, _LEAST_SPREAD_IN_VIEW = 0.01, 0.03
+"""Of the logarithm of a gap: what differs by less does not matter, however sure it is."""
 _LEAST_SURE = 0.01
 """Half of the narrowest interval of a closed fraction: other frames of one way differ by as much, however many blocks
 agree."""
@@ -27,16 +34,18 @@ _REMEMBERED = 24
 class Score:
     """A sensor against the recording.
 
-    gap: bits per pixel; floor: that of two runs of this sensor. by_view, floor_by_view: the same by view; excess: how
-    many standard deviations of the floor each view is above it.
+    gap: bits per pixel; floor: that of two runs of this sensor. by_view, floor_by_view: the same by view.
+    excess: how far the gap is above its floor, as the logarithm of their ratio over the spread of that logarithm from
+    run to run; excess_by_view: the same by view, 0 where the view has no pixels. How large they get where there is no
+    gap is counted by benchmarks/nulls.py.
     """
 
     gap: float
     floor: float
     by_view: Floats
     floor_by_view: Floats
-    excess: Floats
-    total_excess: float
+    excess_by_view: Floats
+    excess: float
 
     @property
     def above(self) -> float:
@@ -53,21 +62,21 @@ class Judge:
         self.real = evidence.real_counts(self.blocks)
         self._runs: dict[str, list[Counts]] = {}
 
-    def runs(self, effects: Sequence[Effect], count: int = _NULLS) -> list[Counts]:
+    def runs(self, effects: Sequence[Effect], count: int = NULLS) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
         key = repr([(e.id, e) for e in effects])
         if key not in self._runs and len(self._runs) >= _REMEMBERED:
             del self._runs[next(iter(self._runs))]
         known = self._runs.setdefault(key, [])
         while len(known) < count:
-            known.append(self.simulate(effects, len(known)))
+            known.append(self.simulate(effects, Seed("judging", len(known))))
         return known[:count]
 
-    def simulate(self, effects: Sequence[Effect], seed: int) -> Counts:
+    def simulate(self, effects: Sequence[Effect], seed: Seed) -> Counts:
         """(blocks, size): a run of the sensor with random numbers that no fit has seen."""
-        return self.evidence.simulate(effects, self.blocks, _SEED + seed)
+        return self.evidence.simulate(effects, self.blocks, seed)
 
-    def score(self, effects: Sequence[Effect], nulls: int = _NULLS) -> Score:
+    def score(self, effects: Sequence[Effect], nulls: int = NULLS) -> Score:
         """How far the sensor with ``effects`` is from the recording."""
         runs = [run.sum(axis=0) for run in self.runs(effects, nulls)]
         real = self.real.sum(axis=0)
@@ -76,16 +85,12 @@ class Judge:
         for i in range(nulls):
             for j in range(i):
                 between[i, j] = between[j, i] = self.ruler.by_view(runs[i], runs[j])
+        # A run against the others: the spread over the runs is that of the recording's own chance.
         null = between.sum(axis=1) / (nulls - 1)
         floor = null.mean(axis=0)
-        # A run against the others: the spread over the runs is that of the recording's own chance.
-        spread = np.maximum(null.std(axis=0, ddof=1), 0.03 * floor + 1e-9)
-        used = floor > 0
-        total = null[:, used].mean(axis=1)
-        total_spread = max(float(total.std(ddof=1)), 0.01 * float(total.mean()), 1e-9)
-        gap = float(seen[used].mean()) if used.any() else 0.0
-        least = float(floor[used].mean()) if used.any() else 0.0
-        return Score(gap, least, seen, floor, (seen - floor) / spread, (gap - least) / total_spread)
+        gap, least = (float(self.ruler.over_views(x, real)) for x in (seen, floor))
+        in_all, by_view = excess(self.ruler, seen, null, real)
+        return Score(gap, least, seen, floor, by_view, in_all)
 
     def quick(self, effects: Sequence[Effect], runs: int = 1) -> float:
         """The gap by one simulated run, or the mean of several."""
@@ -93,29 +98,53 @@ class Judge:
         return float(np.mean([self.ruler.gap(real, run.sum(axis=0)) for run in self.runs(effects, runs)]))
 
 
-def closed_interval(
-    judge: Judge, before: Sequence[Effect], after: Sequence[Effect], initial: Sequence[Effect], floor: Sequence[Effect]
-) -> tuple[float, tuple[float, float]]:
-    """What of the gap of ``initial`` over the floor of ``floor`` is closed from ``before`` to ``after``.
+def excess(ruler: Ruler, seen: Floats, null: Floats, counts: Counts) -> tuple[float, Floats]:
+    """:class:`Score`'s excess and excess_by_view.
 
-    With its 95 % interval by the jackknife over blocks of frames, as frames that follow each other are alike.
+    seen: (views,) divergence of the recording from simulated runs; null: (runs, views) that of each of the runs from
+    the others; counts: (size,) what was counted, which says how many pixels each view has.
+
+    By logarithms, as a divergence that is due to chance is skewed: it is a sum of squares, of few that count where
+    pixels or frames go together. One pixel at odds makes half a bit; so much is added, so that what has no chance in
+    it has a logarithm, too.
+    """
+    pixels = np.bincount(ruler.view_of_cell, ruler.totals(counts), ruler.views)
+    counted, runs = pixels > 0, len(null)
+    if not counted.any():
+        return 0.0, np.zeros(ruler.views)
+    one = 0.5 / np.maximum(pixels, 1)
+    chance = np.log(null + one)
+    variance = chance.var(axis=0, ddof=1)
+    usual = np.median(variance[counted])
+    spread = np.sqrt((_LIKE_THE_OTHERS * usual + (runs - 1) * variance) / (_LIKE_THE_OTHERS + runs - 1))
+    by_view = (np.log(seen + one) - chance.mean(axis=0)) / np.maximum(spread, _LEAST_SPREAD_IN_VIEW)
+    total, totals = (np.log(ruler.over_views(x + one, counts)) for x in (seen, null))
+    in_all = (total - totals.mean()) / max(float(totals.std(ddof=1)), _LEAST_SPREAD)
+    return float(in_all), np.where(counted, by_view, 0)
+
+
+def closed_error(judge: Judge, before: Sequence[Effect], after: Sequence[Effect]) -> float:
+    """Half of the 95 % interval of the share of the gap that is closed from ``before`` to ``after``.
+
+    By the jackknife over blocks of frames, as frames that follow each other are alike. The gap is that of the simulator
+    as it is over the floor of ``after``.
     """
 
     def gap(effects: Sequence[Effect], blocks: NDArray[np.int64]) -> float:
         real = judge.real[blocks].sum(axis=0)
-        return float(np.mean([judge.ruler.gap(real, run[blocks].sum(axis=0)) for run in judge.runs(effects)]))
+        runs = judge.runs(effects, _RESAMPLED)
+        return float(np.mean([judge.ruler.gap(real, run[blocks].sum(axis=0)) for run in runs]))
 
     def between(effects: Sequence[Effect], blocks: NDArray[np.int64]) -> float:
-        runs = [run[blocks].sum(axis=0) for run in judge.runs(effects)]
+        runs = [run[blocks].sum(axis=0) for run in judge.runs(effects, _RESAMPLED)]
         return float(np.mean([judge.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
 
     def fraction(blocks: NDArray[np.int64]) -> float:
-        whole = gap(initial, blocks) - between(floor, blocks)
+        whole = gap(judge.evidence.base, blocks) - between(after, blocks)
         return (gap(before, blocks) - gap(after, blocks)) / whole if whole > 0 else 0.0
 
-    value, (low, high) = jackknife(fraction, np.arange(len(judge.blocks)))
-    half = float(np.hypot((high - low) / 2, _LEAST_SURE))
-    return value, (value - half, value + half)
+    _, (low, high) = jackknife(fraction, np.arange(len(judge.blocks)))
+    return float(np.hypot((high - low) / 2, _LEAST_SURE))
 
 
 def jackknife(

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.draws import Seed
 from depthsim.gap.depth.diagnose import Findings
 from depthsim.gap.depth.fit.search import Candidate
 from depthsim.gap.depth.report.curves import AxisCurves, Series, axis_curves, best_axes
@@ -17,7 +18,7 @@ from depthsim.gap.report.words import Origin
 from depthsim.sensor.effect import Effect, effect_class
 
 _ROWS = 3
-_SEED = 31
+_SEED = Seed("drawing")
 _TOGETHER = {"pixel_neighbours", "frame_neighbours"}
 _STEPS = "first", "second", "third", "fourth", "fifth"
 
@@ -108,7 +109,7 @@ def _candidates(found: Findings) -> tuple[CandidateStep, ...]:
     if found.choice is None:
         return ()
     before, causes = found.before.gap, found.diagnosis.causes
-    whole = max(before - found.before.floor, 1e-12)
+    whole = max(before - found.after.floor, 1e-12)
     named = {cause.effect for cause in causes}
     ties = {name for cause in causes for name in cause.indistinguishable_from}
     steps = []

@@ -10,12 +10,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.draws import Seed
 from depthsim.gap.depth.data import histograms as fingerprint
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.data.simulate import LOCATING
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
+_LEARNING = Seed("learning")
 _SOFTEN = 3.0
 """Pixels added to every bin of a cell by its view as a whole, so that empty bins have no endless weights."""
 _MOST = 20.0
@@ -24,12 +27,12 @@ _MOST = 20.0
 
 def learnable(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect], views: Sequence[int]) -> dict[int, float]:
     """For each of ``views`` the share of the gap of a sensor with ``effects`` that a correction along it closes."""
-    train = evidence.simulate(effects, evidence.train, seed=7).sum(axis=0).astype(np.float64)
+    train = evidence.simulate(effects, evidence.train, seed=_LEARNING).sum(axis=0).astype(np.float64)
     real_train = evidence.real_counts(evidence.train).sum(axis=0).astype(np.float64)
     held_out = evidence.test[:: max(1, round(len(evidence.test) / 3))]
     real = evidence.real_counts(held_out).sum(axis=0)
-    pictures = {block: evidence.pictures(effects, block, seed=8) for block in held_out}
-    plain, another = (evidence.simulate(effects, held_out, seed=seed).sum(axis=0) for seed in (8, 9))
+    pictures = {block: evidence.pictures(effects, block, seed=LOCATING[0]) for block in held_out}
+    plain, another = (evidence.simulate(effects, held_out, seed=seed).sum(axis=0) for seed in LOCATING)
     gap, floor = ruler.gap(real, plain), ruler.gap(another, plain)
     return {
         view: _closes(evidence, ruler, real, pictures, gap, floor, _correction(evidence, view, real_train, train))

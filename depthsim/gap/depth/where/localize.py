@@ -17,6 +17,7 @@ from depthsim.gap.depth.data import histograms as fingerprint
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
+from depthsim.gap.depth.data.simulate import LOCATING
 from depthsim.gap.depth.where.correction import learnable
 from depthsim.gap.depth.where.differences import TAIL, Difference, compare_cells
 from depthsim.gap.diagnosis import Cut
@@ -54,7 +55,7 @@ class Place:
 def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[Place]:
     """All axes, the one that matters most first. effects: the sensor that is compared with the recording."""
     real = evidence.real_counts(evidence.test).sum(axis=0)
-    plain, another = (evidence.simulate(effects, evidence.test, seed=seed).sum(axis=0) for seed in (8, 9))
+    plain, another = (evidence.simulate(effects, evidence.test, seed=seed).sum(axis=0) for seed in LOCATING)
     excess = np.maximum(ruler.divergence(real, plain) - ruler.divergence(another, plain), 0) * ruler.totals(real)
     errors = [n for n, view in enumerate(evidence.axes) if view.kind == fingerprint.ERROR]
     pairs = [n for n, view in enumerate(evidence.axes) if fingerprint.ERROR < view.kind < fingerprint.ACROSS]
@@ -158,7 +159,7 @@ def cuts_of(
 ) -> tuple[Cut, ...]:
     """The ranked list for diagnosis.json: each axis once, with the part of it that holds most of its gap."""
     real = evidence.real_counts(evidence.test).sum(axis=0)
-    simulated = evidence.simulate(effects, evidence.test, seed=8).sum(axis=0)
+    simulated = evidence.simulate(effects, evidence.test, seed=LOCATING[0]).sum(axis=0)
     cuts: list[Cut] = []
     seen: set[str] = set()
     for place in places:
