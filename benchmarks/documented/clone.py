@@ -64,6 +64,8 @@ class Clone:
             _program(tools / name, call)
         path = f"{tools}{os.pathsep}{os.environ['PATH']}"
         self._environment = {**os.environ, "DEPTHSIM_VENV": str(self.venv), "PATH": path, "COLUMNS": "200"}
+        if not self.short:
+            self._environment.pop("PYTHONPATH", None)
         for page in pages():
             for text in _yaml(page):
                 write_yaml(text, self.home)

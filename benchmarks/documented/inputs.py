@@ -18,41 +18,30 @@ from depthsim.runs import Run
 from depthsim.runs.generate import generate
 from depthsim.runs.png import encode_png
 from depthsim.scenefile import load_scene
-from depthsim.sensor import Profile
-from depthsim.sensor.effects.fill_rate import FillRate
-from depthsim.sensor.effects.material_noise import MaterialNoise
+from depthsim.sensor import load_profile
 from depthsim.trajectory import load_trajectory
 
-FRAMES, SIZE = 12, (106, 60)
+FRAMES, SIZE = 9, (106, 60)
 DISTANCES = (0.5, 1.0, 1.5, 2.0, 2.5)
 SPEEDS = {"log1.csv": 3, "log2.csv": 5, "log3.csv": 4}
 
 
 def recording(path: Path) -> None:
-    """What the paper's sensor with more holes sees in the office: a gap with one cause, which is soon found."""
-    _record(path, FillRate(rate=0.1))
-
-
-def run(path: Path) -> None:
-    """What the paper's sensor itself sees."""
-    _record(path, FillRate())
-
-
-def _record(path: Path, holes: FillRate) -> None:
+    """What the paper's sensor sees in the office, so that a diagnosis is soon done."""
     scene, camera = load_scene("office"), preset("d435", *SIZE)
     way = load_trajectory(None, scene, camera.rate, FRAMES)
-    generate(scene, way, camera, Profile(name="sensor", effects=(MaterialNoise(), holes)), path, seed=7)
+    generate(scene, way, camera, load_profile("paper"), path, seed=7)
 
 
 def bag(path: Path) -> None:
     """The same as a bag, with its poses."""
-    run(path.with_name(".bagged"))
+    recording(path.with_name(".bagged"))
     export(Run.open(path.with_name(".bagged")), "ros2", path)
 
 
 def estimate(path: Path) -> None:
     """The poses of the first frames of the office's way, as another SLAM system may have written them."""
-    run(path.with_name(".estimated"))
+    recording(path.with_name(".estimated"))
     shutil.copy(path.with_name(".estimated") / "groundtruth.txt", path)
 
 
@@ -110,8 +99,7 @@ def camera(path: Path) -> None:
 
 
 INPUTS: dict[str, Callable[[Path], None]] = {
-    r"recording": recording,
-    r"recording_[ab]|RUN|A|B": run,
+    r"recording(_[ab])?|RUN|A|B": recording,
     r"viewer\.bag": bag,
     r"CameraTrajectory\.txt|FILE": estimate,
     r"sponza\.glb": mesh,

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
-from depthsim.draws import Seed
 from depthsim.errors import InputError
 from depthsim.materials import Materials, load_materials
 from depthsim.parallel import core_count
@@ -112,7 +111,7 @@ class Sensor:
         *,
         index: int = 0,
         stamp: float = 0.0,
-        seed: int | Seed = 0,
+        seed: int = 0,
         motion: Motion | None = None,
         threads: int | None = None,
         out: Measurement | None = None,
