@@ -221,3 +221,12 @@ def test_a_flight_takes_names_paths_and_objects(tmp_path: Path) -> None:
     ]
     assert fits[0].best == fits[1].best
     assert depthsim.flight.diagnose(read, "f450").verdict == depthsim.flight.diagnose([str(read)], one.vehicle).verdict
+
+
+def test_the_tour_shows_the_code_that_it_runs() -> None:
+    import runpy
+
+    tour = Path(depthsim.__file__).parents[1] / "docs" / "tour.py"
+    parts, page = runpy.run_path(str(tour))["PARTS"], tour.with_suffix(".md").read_text(encoding="utf-8")
+    assert all(told in page and code in page for told, code in parts.items())
+    assert sum(bool(line) for code in parts.values() for line in code.splitlines()) <= 25

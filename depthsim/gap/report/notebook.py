@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from depthsim.gap.diagnosis import Cause, Cut, Diagnosis
 
 _COLOURS = {"good": "#1a7f4b", "fair": "#b06a00", "bad": "#b3261e"}
-_PICTURES = 2
+_PICTURES, _CUTS = 2, 3
 _FIGURE = re.compile(
     r'<figure[^<>]*><img alt="[^"]*" src="data:image/png;base64,[A-Za-z0-9+/=]*">'
     r"(?:<figcaption>[^<]*</figcaption>)?</figure>"
@@ -21,7 +21,7 @@ _FIGURE = re.compile(
 
 
 def text(diagnosis: "Diagnosis") -> str:
-    """The verdict, the gap, a line for each cause, and where the gap lies."""
+    """The verdict, the gap, a line for each cause, and where most of the gap lies."""
     lines = [words.verdict(diagnosis)]
     lines += [f"  {figure}: {what}" for figure, what in words.gap_lines(diagnosis.gap, causes=bool(diagnosis.causes))]
     for cause in diagnosis.causes:
@@ -29,7 +29,10 @@ def text(diagnosis: "Diagnosis") -> str:
         lines += [f"  {one.text}" for one in words.parameters(cause)]
         if cause.indistinguishable_from:
             lines.append(f"  {words.tie(cause)}")
-    lines += [f"{words.percent(cut.share_of_gap)} of it at {words.place(cut)}: {_kind(cut)}" for cut in diagnosis.where]
+    lines += [
+        f"{words.percent(cut.share_of_gap)} of it at {words.place(cut)}: {_kind(cut)}"
+        for cut in diagnosis.where[:_CUTS]
+    ]
     if diagnosis.unexplained is not None:
         lines.append(words.sentence(diagnosis.unexplained.description))
     return "\n".join(lines)
@@ -43,7 +46,7 @@ def html(diagnosis: "Diagnosis", report: Path | None) -> str:
     if diagnosis.causes:
         parts.append(_table("Causes", map(_cause, diagnosis.causes)))
     if diagnosis.where:
-        rows = ((words.percent(cut.share_of_gap), words.place(cut), _kind(cut)) for cut in diagnosis.where)
+        rows = ((words.percent(cut.share_of_gap), words.place(cut), _kind(cut)) for cut in diagnosis.where[:_CUTS])
         parts.append(_table("Where", rows))
     if diagnosis.unexplained is not None:
         parts.append(f"<p>{escape(words.sentence(diagnosis.unexplained.description))}</p>")
