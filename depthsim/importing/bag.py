@@ -163,7 +163,7 @@ class _Reading:
         if there is not None:
             return mounted(poses, *there)
         what = "does not say what its poses are of" if not body else f"is of {body}, and tf has no way to the camera"
-        self._notes.append(f"{self._found.poses} {what}: taken as the camera's optical frame; else give --mount")
+        self._notes.append(f"{self._found.poses} {what}: taken as the camera's optical frame; else give `mount`")
         return poses
 
     def _camera(self) -> Camera:

@@ -48,7 +48,7 @@ class ImportOptions:
         if self.mount is None:
             return poses
         if poses is None:
-            raise InputError("--mount", "", "there are no poses that it could be applied to", "give --poses, too")
+            raise InputError("`mount`", "", "there are no poses that it could be applied to", "give `poses`, too")
         return mounted(poses, np.array(self.mount[:3]), np.array(self.mount[3:]))
 
 
@@ -58,12 +58,12 @@ def read_mount(text: str) -> tuple[float, ...]:
     try:
         numbers = [float(word) for word in text.split(",")]
     except ValueError:
-        raise InputError("--mount", text, "holds something that is no number", mend) from None
+        raise InputError("`mount`", text, "holds something that is no number", mend) from None
     if len(numbers) != 7 or not all(map(math.isfinite, numbers)):
-        raise InputError("--mount", text, "is not seven finite numbers", mend)
+        raise InputError("`mount`", text, "is not seven finite numbers", mend)
     length = math.hypot(*numbers[3:])
     if abs(length - 1) > 1e-2:
-        raise InputError("--mount", text, f"its quaternion has length {length:.6g}", mend)
+        raise InputError("`mount`", text, f"its quaternion has length {length:.6g}", mend)
     return (*numbers[:3], *(number / length for number in numbers[3:]))
 
 

@@ -96,7 +96,7 @@ def _poses(run: Run, choice: str | Path | Trajectory | None, say: Callable[[str]
     found = estimate(run, "open3d-odometry")
     if len(found.trajectory) < found.frames:
         problem = f"the odometry lost its track after {len(found.trajectory)} of {found.frames} frames"
-        raise InputError(run.path, "", problem, "give --poses FILE, the TUM trajectory of a better system")
+        raise InputError(run.path, "", problem, "give `poses`, the TUM trajectory of a better system")
     say(f"{run.path}: poses by open3d-odometry in {found.seconds:.0f} s")
     return found.trajectory
 

@@ -15,7 +15,9 @@ from depthsim.scenefile import load_scene
 
 ROOT = Path(__file__).parents[2] / "depthsim"
 COMMANDS = get_command(app).commands  # type: ignore[attr-defined]
-LIBRARY = [file for file in sorted(ROOT.rglob("*.py")) if file.relative_to(ROOT).parts[0] not in ("cli", "gap")]
+ELSEWHERE = ("cli", "gap", "extras.py")
+"""extras.py calls the script ./run, whose flag that is."""
+LIBRARY = [file for file in sorted(ROOT.rglob("*.py")) if file.relative_to(ROOT).parts[0] not in ELSEWHERE]
 FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 
 

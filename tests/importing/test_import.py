@@ -295,7 +295,7 @@ def test_a_bag_of_realsense_viewer(tmp_path):
 )
 def test_a_distortion_of_another_model_is_refused_and_told(tmp_path, model, terms, told):
     write_viewer_bag(tmp_path / "fish.bag", model=model, terms=terms)
-    with pytest.raises(InputError, match=f"CameraInfo: its distortion is {told}; .*rectify the images, or give --cam"):
+    with pytest.raises(InputError, match=f"CameraInfo: its distortion is {told}; .*rectify the images, or give a `cam"):
         import_recording(tmp_path / "fish.bag", tmp_path / "run")
     assert not (tmp_path / "run").exists()
     CAMERA.write(tmp_path / "camera.yaml")
@@ -330,7 +330,7 @@ def forward_of(poses: np.ndarray) -> np.ndarray:
 
 def test_poses_that_name_no_frame_are_told_of_and_a_mounting_is_applied(tmp_path):
     write_viewer_bag(tmp_path / "mocap.bag", poses=path_of())
-    note = "/mocap/pose does not say what its poses are of: taken as the camera's optical frame; else give --mount"
+    note = "/mocap/pose does not say what its poses are of: taken as the camera's optical frame; else give `mount`"
     made = import_recording(tmp_path / "mocap.bag", tmp_path / "plain")
     assert made.posed and note in made.notes
     np.testing.assert_allclose(Run.open(tmp_path / "plain").poses, path_of().matrices(), atol=1e-6)
@@ -350,7 +350,7 @@ def test_a_mounting_serves_every_source_of_poses(run, bags, tmp_path):
             back = Run.open(tmp_path / f"{number}{other}")
             np.testing.assert_allclose(back.poses, forward_of(run.poses), atol=1e-9)
     write_viewer_bag(tmp_path / "viewer.bag")
-    with pytest.raises(InputError, match="--mount: there are no poses"):
+    with pytest.raises(InputError, match="`mount`: there are no poses"):
         import_recording(tmp_path / "viewer.bag", tmp_path / "run", options[0])
     assert not (tmp_path / "run").exists()
 
