@@ -39,7 +39,8 @@ EXCESS, EXCESS_IN_VIEW = 8.0, 8.0
 """What a recording's excess must be above for a gap, in all or in one view; see :class:`Score` for what it is.
 
 These are no quantiles of a known distribution. benchmarks/nulls.py counts how often recordings without a gap are above:
-NULLS_TOLD"""
+of 17,280 scores (4 to 400 frames in four scenes, five profiles, 2,880 for each length) 99 % are below 3.3 in all and
+5.4 in the largest view, the largest are 7.2 and 10.2, and 0.03 % are above a threshold, at most 0.1 % of any length."""
 _FAINT = 0.1
 """With less than this part of the floor over it, and no effect that explains it, a gap is none."""
 _FAINTLY = (
