@@ -167,17 +167,11 @@ Made by `docs/slam.py`; do not edit the figures.
 ## How error follows noise
 
 The first {FRAMES / 30:g} s ({FRAMES} frames at 30 Hz) of the default trajectories, {SIZE[0]}x{SIZE[1]}, geometry of a
-<<<<<<< HEAD
 D435, seed 0. Each system has one set of settings for all scenes, in its file in `depthsim/odometry/`, with what was
 tried; kiss-icp is given 10 frames a second. In each cell the absolute trajectory error (rigid alignment, root mean
-square) and the mean drift over stretches of a metre of the true path, both by evo.
-=======
-D435, seed 0. Each system has one set of settings for all scenes, in its file in `depthsim/slam/`, with what was tried;
-kiss-icp is given 10 frames a second. In each cell the absolute trajectory error (rigid alignment, root mean square) and
-the mean drift over stretches of a metre of the true path, both by evo. All of it ran on one core, where it gives the
-same figures again. On several, Open3D adds up in the order in which its threads finish, and a track that is nearly lost
-goes one way or another: four runs of open3d-odometry on the office's d435 ended at 5.3 and 12.2 to 12.4 cm.
->>>>>>> w-a
+square) and the mean drift over stretches of a metre of the true path, both by evo. All of it ran on one core, where it
+gives the same figures again. On several, Open3D adds up in the order in which its threads finish, and a track that is
+nearly lost goes one way or another: four runs of open3d-odometry on the office's d435 ended at 5.3 and 12.2 to 12.4 cm.
 
 {table_text(table)}
 
