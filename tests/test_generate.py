@@ -136,7 +136,9 @@ def test_killed_at_20_random_moments_and_resumed(room: Path, tmp_path: Path) -> 
     subprocess.run([*command, "--out", str(whole)], check=True, capture_output=True)
     expected = tree(whole)
     generator, killed, resumed = random.Random(4), 0, 0
-    for _ in range(20):
+    for turn in range(60):
+        if turn >= 20 and killed >= 12 and resumed >= 5:
+            break  # a busy machine makes many frames between two looks at them, and needs more turns
         process = subprocess.Popen([*command, "--out", str(broken)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         # Wait for a random number of further frames, then a random moment, which falls anywhere inside a frame.
         already = len(list((broken / "depth").glob("*.png")))
