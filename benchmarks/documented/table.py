@@ -36,7 +36,7 @@ class Rule:
     short: bool = False
 
 
-SMALL = "--frames 9 --resolution 212x120"
+SMALL = "--frames 9 --resolution 208x120"
 RULES = [
     Rule(r"^\./run test", "it is what runs these lines", How.LEAVE),
     Rule(r"^pip install atheris", "its build takes a compiler", How.LEAVE),
