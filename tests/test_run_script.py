@@ -54,7 +54,7 @@ class Clone:
         pipe = subprocess.PIPE
         return subprocess.Popen(
             [self.home / "run", *map(str, words)], stdout=pipe, stderr=pipe, text=True, cwd=self.folder,
-            env=environment, start_new_session=True,
+            env=environment, start_new_session=True, preexec_fn=heed_ctrl_c,
         )  # fmt: skip
 
     def run(self, *words: str | Path, pip: str = "true", path: Path = ROOT) -> tuple[int, str, str]:
@@ -68,6 +68,11 @@ class Clone:
 
     def said(self, extra: str) -> str:
         return f"run: installing the extra '{extra}', which this command needs, into {self.venv}\n"
+
+
+def heed_ctrl_c() -> None:
+    """A shell that starts the tests in the background has them, and all that they start, ignore it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -84,7 +84,8 @@ def test_a_log_that_is_all_gaps_is_refused(log: FlightLog) -> None:
 def test_the_report_is_whole_and_its_vehicle_flies_without_a_gap(log: FlightLog, tmp_path: Path) -> None:
     out = tmp_path / "report"
     diagnosis = diagnose_flight(log, the_vehicle(True), out)
-    assert sorted(file.name for file in out.iterdir()) == ["diagnosis.json", "index.html", "vehicle.yaml"]
+    names = ["diagnosis.json", "drawing.json", "index.html", "vehicle.yaml"]
+    assert sorted(file.name for file in out.iterdir()) == names
     assert (out / "diagnosis.json").read_text() == diagnosis.to_json()
     page = (out / "index.html").read_text()
     assert page.count("data:image/png;base64,") == 2
