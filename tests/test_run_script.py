@@ -54,7 +54,7 @@ class Clone:
         pipe = subprocess.PIPE
         return subprocess.Popen(
             [self.home / "run", *map(str, words)], stdout=pipe, stderr=pipe, text=True, cwd=self.folder,
-            env=environment, start_new_session=True, preexec_fn=heed_ctrl_c,
+            env=environment, start_new_session=True, preexec_fn=heed_ctrl_c,  # noqa: PLW1509
         )  # fmt: skip
 
     def run(self, *words: str | Path, pip: str = "true", path: Path = ROOT) -> tuple[int, str, str]:
