@@ -3,7 +3,7 @@
 import base64
 import zlib
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,9 +41,6 @@ class Drawn(BaseModel):
     """A part of what is drawn."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-D = TypeVar("D", bound=Drawn)
 
 
 def write_drawing(drawing: Drawn, folder: Path) -> None:
