@@ -67,10 +67,11 @@ def run(
     keep: Annotated[bool, typer.Option(help="Leave runs and reports in RESULTS/work.")] = False,
     rivals: Annotated[bool, typer.Option(help="Ask the two rivals too.")] = True,
     remeasure: Annotated[bool, typer.Option(help="Measure the closed fraction again on fresh frames.")] = True,
+    apart: Annotated[bool, typer.Option(help="Ask an independent test what an explained case leaves.")] = True,
 ) -> None:
     """Diagnose the cases of some tiers, and print the tables."""
     console = Console()
-    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure)
+    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure, apart)
     wanted: list[Wanted] = []
     for name in tier or list(TIERS):
         if name != "f":

@@ -165,6 +165,7 @@ def truth(case: Case) -> dict[str, Any]:
         formula = film.formulas[0]
         outside = formula.effect in OUTSIDE
         record["without"] = [] if outside else [formula.effect]
+        record["right_names"] = list(formula.names)
         record["right_axes"] = list(formula.axes if outside else RIGHT_AXES[formula.effect])
     return record
 
@@ -220,7 +221,7 @@ def _kind(rng: Rng, effects: tuple[str, ...]) -> str:
     """A kind of scene that can show these effects."""
     if "ambient_light" in effects:
         return "yard" if rng.random() < 0.75 else "room"
-    if {"moved_region", "specular_dropout"} & set(effects):
+    if {"moved_region", "foreign_thing", "noisy_place", "specular_dropout"} & set(effects):
         return str(rng.choice(["room", "clutter", "yard"]))
     if {"flying_pixels", "edge_fattening", "stereo_shadow"} & set(effects) and rng.random() < 0.6:
         return "clutter"

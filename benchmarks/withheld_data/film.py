@@ -44,6 +44,7 @@ class Formula:
     statistic: ClassVar[str] = "change"
     span: ClassVar[tuple[float, float]] = (1e-3, 1.0)
     axes: ClassVar[tuple[str, ...]] = ()
+    names: ClassVar[tuple[str, ...]] = ()
     amount: float = 0.0
 
     def __init__(self, rng: Rng, film: "Film") -> None:
