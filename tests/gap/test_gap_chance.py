@@ -12,14 +12,14 @@ from reports import LACKED, OTHERS, PAPER, found, recorded
 from benchmarks.nulls import excesses
 from depthsim.draws import Seed
 from depthsim.gap import diagnose, investigate
+from depthsim.gap.config import DepthSignificance
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.frames import Still
 from depthsim.gap.depth.data.histograms import BINS, ERROR
 from depthsim.gap.depth.data.simulate import Replay
-from depthsim.gap.depth.diagnose import EXCESS, EXCESS_IN_VIEW
-from depthsim.gap.depth.fit.validate import NULLS, Judge, excess
+from depthsim.gap.depth.fit.validate import Judge, excess
 from depthsim.materials import load_materials
 from depthsim.presets import preset
 from depthsim.raycast import Caster
@@ -33,6 +33,7 @@ from depthsim.sensor.pipeline import acting
 from depthsim.trajectory import load_trajectory
 
 TWO = "effects: [material_noise, {fill_rate: {rate: 0.06}}, {incidence_noise: {sigma: 0.05}}]"
+LIMIT = DepthSignificance()
 WITHOUT = tuple(name for name in (*OTHERS, "disparity_noise", "vignetting_noise") if name != "fill_rate")
 
 
@@ -119,18 +120,18 @@ def test_views_without_pixels_do_not_count_and_those_without_chance_do() -> None
 
 def test_what_has_no_chance_in_it_is_at_its_floor_or_far_above() -> None:
     ruler, counts = _views(1, 1), np.full(2 * int(BINS[ERROR]), 100)
-    nothing = np.zeros((NULLS, 2))
-    same, by_view = excess(ruler, np.zeros(2), nothing, counts)
+    nothing = np.zeros((LIMIT.runs, 2))
+    same, by_view = excess(ruler, np.zeros(2), nothing, counts, LIMIT)
     assert same == pytest.approx(0, abs=1e-9) and by_view == pytest.approx(0, abs=1e-9)
-    other, by_view = excess(ruler, np.array([0.01, 0]), nothing, counts)
-    assert other > EXCESS and by_view[0] > EXCESS_IN_VIEW and by_view[1] < 1
+    other, by_view = excess(ruler, np.array([0.01, 0]), nothing, counts, LIMIT)
+    assert other > LIMIT.excess and by_view[0] > LIMIT.excess_along_axis and by_view[1] < 1
 
 
 @pytest.mark.parametrize(("profile", "frames"), [("paper", 4), ("d435", 4), ("d435", 8), ("d415", 20)])
 def test_two_runs_of_one_sensor_are_hardly_ever_a_gap(profile: str, frames: int) -> None:
     looked = evidence(profile, frames)
     scored = excesses(Judge(looked, looked.test), 24, 4)
-    assert (scored > [EXCESS, EXCESS_IN_VIEW]).any(axis=1).mean() < 0.01
+    assert (scored > [LIMIT.excess, LIMIT.excess_along_axis]).any(axis=1).mean() < 0.01
     assert np.abs(np.median(scored[:, 0])) < 1
 
 
@@ -149,5 +150,5 @@ def test_weak_effects_stand_out(effect: str, value: dict[str, float]) -> None:
     base = [e for e in looked.base if e.id != effect]
     judge.real = looked.simulate((*base, effect_class(effect)(**value)), looked.test, Seed("test"))
     score = judge.score(looked.base)
-    assert score.excess > EXCESS or score.excess_by_view.max() > EXCESS_IN_VIEW
-    assert all(np.any(a != b) for a, b in combinations(judge.runs(looked.base), 2))
+    assert score.excess > LIMIT.excess or score.excess_by_view.max() > LIMIT.excess_along_axis
+    assert all(np.any(a != b) for a, b in combinations(judge.runs(looked.base, LIMIT.runs), 2))

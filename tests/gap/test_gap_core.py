@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from shapes import as_scene, box, quad
 
 from depthsim.camera import Camera
+from depthsim.gap.config import DepthData
 from depthsim.gap.depth.data import counting
 from depthsim.gap.depth.data import histograms as fingerprint
 from depthsim.gap.depth.data.axis import Axis
@@ -175,7 +176,7 @@ def test_roots_have_the_squared_hellinger_distance() -> None:
 @pytest.mark.parametrize("count", [2, 3, 7, 10, 40, 41, 300, 10_000])
 @pytest.mark.parametrize("pixels", [10_000, 100_000, 400_000, 2_000_000])
 def test_blocks_are_disjoint_and_span_the_run(count: int, pixels: int) -> None:
-    blocks = choose_frames(count, pixels)
+    blocks = choose_frames(count, pixels, DepthData())
     frames = np.concatenate(blocks)
     assert len(blocks) >= 2
     assert len(np.unique(frames)) == len(frames) <= 45
@@ -242,10 +243,10 @@ def test_steps_are_seen_in_the_spectrum(step: float, origin: float, seed: int) -
     there = rng.uniform(4, 30, 40_000)
     noisy = there + rng.normal(0, 0.08, there.size)
     seen = (np.round(noisy / step - origin) + origin) * step
-    found = _steps_of(seen, there)
+    found = _steps_of(seen, there, DepthData())
     assert found is not None
     assert abs(found[0] / step - 1) < 3e-4
     # 17 px lie between the middle of the disparities and 0, where the origin is told.
     apart = found[1] - origin
     assert abs(apart - round(apart)) < 17 * 3e-4 / step + 0.03
-    assert _steps_of(noisy, there) is None
+    assert _steps_of(noisy, there, DepthData()) is None

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.errors import InputError
+from depthsim.gap.config import DepthCompare, DepthConfig
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.histograms import ACROSS, BINS, ERROR, PHASE
@@ -28,11 +29,6 @@ from depthsim.scenefile.load import load_scene
 from depthsim.sensor.profile import load_profile
 
 Floats = NDArray[np.float64]
-_SPLITS = 24
-_ABOVE = 4.0
-"""How many standard deviations of the splits the gap must be above their mean, and above every one of them."""
-_HEAVIEST = 10.0
-_MOST = 6
 Say = Callable[[str], None]
 
 
@@ -56,13 +52,14 @@ def compare(
     out: str | Path | None = None,
     threads: int | None = None,
     materials: str | Path | Materials | None = None,
+    config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     say: Say = lambda _: None,
 ) -> Diagnosis:
     """Where two recordings of one scene differ, and in what way; see :func:`compare_runs`.
 
     out: a folder for diagnosis.json and index.html.
     """
-    compared = compare_runs(first, second, scene=scene, threads=threads, materials=materials, say=say)
+    compared = compare_runs(first, second, scene=scene, threads=threads, materials=materials, config=config, say=say)
     if out is None:
         return compared.diagnosis
     from depthsim.gap.depth.report.compare import write_comparison
@@ -79,6 +76,7 @@ def compare_runs(
     scene: str | Path | Scene | None = None,
     threads: int | None = None,
     materials: str | Path | Materials | None = None,
+    config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     say: Say = lambda _: None,
 ) -> Comparison:
     """Where two recordings of one scene differ, and in what way. scene: that of the first, or of the second.
@@ -89,19 +87,19 @@ def compare_runs(
     place = _scene(runs, scene, materials)
     scale = load_profile("paper").effects
     say("casting the scene for A")
-    a = Evidence(runs[0], place, materials, scale, threads)
+    a = Evidence(runs[0], place, materials, scale, threads, config=config)
     say("casting the scene for B")
-    b = Evidence(runs[1], place, materials, scale, threads, like=a)
+    b = Evidence(runs[1], place, materials, scale, threads, a, config)
     if a.size != b.size:
         raise InputError(runs[1].path, "", "has stamps that do not advance", "give runs of 2 or more different stamps")
     say("comparing")
-    ruler = Ruler.of(a.axes)
-    counts_a, counts_b, overlap = _weighted(a, b)
+    ruler, limit = Ruler.of(a.axes), config.compare
+    counts_a, counts_b, overlap = _weighted(a, b, limit)
     gap = _apart(ruler, counts_a, counts_b)
-    splits = _splits(counts_a, counts_b)
+    splits = _splits(counts_a, counts_b, limit.splits)
     chance = np.array([_apart(ruler, *pair) for pair in splits])
     floor = float(chance.mean())
-    differ = gap > max(floor + _ABOVE * float(chance.std()), float(chance.max()), 1.1 * floor)
+    differ = gap > max(floor + limit.above * float(chance.std()), float(chance.max()), limit.ratio * floor)
     told = Gap(measure=MEASURE, unit=UNIT, before=gap, after=gap, floor=floor, closed_fraction=0.0, ci95=(0.0, 0.0))
     where = _where(a, ruler, counts_a, counts_b, splits) if differ else ()
     rest = Unexplained(fraction=1.0, where=where, description=_describe(where)) if differ else None
@@ -123,7 +121,7 @@ def _scene(runs: tuple[Run, Run], scene: str | Path | Scene | None, materials: M
     return load_scene(found, materials=materials)
 
 
-def _weighted(a: Evidence, b: Evidence) -> tuple[Floats, Floats, float]:
+def _weighted(a: Evidence, b: Evidence, limit: DepthCompare) -> tuple[Floats, Floats, float]:
     """The counts of both as if they had seen the same ranges of the same materials, and how much both have seen."""
     number = next(n for n, view in enumerate(a.axes) if view.name == "range x material" and view.kind == ERROR)
     bins, size, begin = int(BINS[ERROR]), a.axes[number].size, int(a.offsets[number])
@@ -135,7 +133,7 @@ def _weighted(a: Evidence, b: Evidence) -> tuple[Floats, Floats, float]:
     both = np.minimum(*shares)
     weighted = []
     for one, share in zip((a, b), shares, strict=True):
-        weight = np.clip(both / np.maximum(share, 1e-12), 0, _HEAVIEST)
+        weight = np.clip(both / np.maximum(share, 1e-12), 0, limit.largest_weight)
         nothing = np.zeros(size * bins)
         correction = number, begin, np.repeat(weight, bins), nothing, np.zeros(size, np.int64)
         weighted.append(_recounted(one, correction))
@@ -155,11 +153,11 @@ def _apart(ruler: Ruler, a: Floats, b: Floats) -> float:
     return (ruler.gap(x, y) + ruler.gap(y, x)) / 2
 
 
-def _splits(a: Floats, b: Floats) -> list[tuple[Floats, Floats]]:
+def _splits(a: Floats, b: Floats, count: int) -> list[tuple[Floats, Floats]]:
     """Halves that have as many blocks of each run."""
     draws = np.random.Generator(np.random.Philox(key=[0, 0x5A1]))
     found = []
-    for _ in range(_SPLITS):
+    for _ in range(count):
         parts: tuple[list[Floats], list[Floats]] = ([], [])
         for turn, counts in enumerate((a, b)):
             order = draws.permutation(len(counts))
@@ -204,7 +202,7 @@ def _where(
     cuts: dict[str, Cut] = {}
     for _, cut in sorted(found, key=lambda pair: -pair[0]):
         cuts.setdefault(cut.axis, cut)
-    return tuple(cuts.values())[:_MOST]
+    return tuple(cuts.values())[: a.config.where.most_axes]
 
 
 def _part(shares: Floats, *, ordered: bool, enough: float = 0.7) -> NDArray[np.int64]:

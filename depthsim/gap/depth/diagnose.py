@@ -15,6 +15,7 @@ import numpy as np
 
 from depthsim.draws import Seed
 from depthsim.errors import InputError
+from depthsim.gap.config import DepthConfig, DepthSignificance
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.fit.advice import advice_for
@@ -35,19 +36,10 @@ from depthsim.sensor.profile import Profile, load_profile
 
 MEASURE = "Jensen-Shannon divergence of the errors' distributions, mean over all views"
 UNIT = "bits per pixel"
-EXCESS, EXCESS_IN_VIEW = 8.0, 8.0
-"""What a recording's excess must be above for a gap, in all or in one view; see :class:`Score` for what it is.
-
-These are no quantiles of a known distribution. benchmarks/nulls.py counts how often recordings without a gap are above:
-of 17,280 scores (4 to 400 frames in four scenes, five profiles, 2,880 for each length) 99 % are below 3.3 in all and
-5.4 in the largest view, the largest are 7.2 and 10.2, and 0.03 % are above a threshold, at most 0.1 % of any length."""
-_FAINT = 0.1
-"""With less than this part of the floor over it, and no effect that explains it, a gap is none."""
 _FAINTLY = (
     "the recording differs from the simulator by more than chance, but by less than a tenth of what two runs of one "
     "sensor differ by, and no effect explains it"
 )
-_EXPLAINED = 0.98
 Say = Callable[[str], None]
 
 
@@ -79,17 +71,21 @@ def diagnose(
     without: Sequence[str] = (),
     threads: int | None = None,
     materials: str | Path | Materials | None = None,
+    config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     say: Say = lambda _: None,
 ) -> Diagnosis:
     """Where a recording and its simulation differ, which effects cause it, and how far they close the gap.
 
     run: the recording, as a folder or open. scene: where it was taken; the run's own if not given. sensor: the profile
     that is compared with it, or effects alone; the run's sensor.yaml, or ``paper``. out: a folder for diagnosis.json,
-    sensor.yaml and index.html. without: effects that are left out of the bank. say: told what is being done.
+    sensor.yaml and index.html. without: effects that are left out of the bank. config: the thresholds. say: told what
+    is being done.
 
     Raises :class:`InputError` for a run, a scene or a profile that cannot be read.
     """
-    found = investigate(run, scene=scene, sensor=sensor, without=without, threads=threads, materials=materials, say=say)
+    found = investigate(
+        run, scene=scene, sensor=sensor, without=without, threads=threads, materials=materials, config=config, say=say
+    )
     if out is not None:
         from depthsim.gap.depth.report.write import Named, write_report
 
@@ -109,27 +105,28 @@ def investigate(
     without: Sequence[str] = (),
     threads: int | None = None,
     materials: str | Path | Materials | None = None,
+    config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     say: Say = lambda _: None,
 ) -> Findings:
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
     opened, materials = open_run(run), load_materials(materials)
     profile = _profile(opened, sensor)
     say("casting the scene")
-    evidence = Evidence(opened, _scene(opened, scene, materials), materials, profile.effects, threads)
+    evidence = Evidence(opened, _scene(opened, scene, materials), materials, profile.effects, threads, config=config)
     judge = Judge(evidence, evidence.test)
     say("measuring the gap")
     before = judge.score(evidence.base)
     notes = _notes(evidence)
-    if not _stands_out(before):
+    if not _stands_out(before, config.significance):
         return _nothing(evidence, judge, profile, before, notes)
-    bank = hypotheses(evidence.base, setting_of(evidence), without)
+    bank = hypotheses(evidence.base, setting_of(evidence), without, config.fit)
     choice = choose(evidence, judge, bank, before.gap, before.floor, say)
-    if not choice.model.parts and before.above < _FAINT * before.floor:
+    if not choice.model.parts and before.above < config.significance.faint * before.floor:
         return _nothing(evidence, judge, profile, before, (*notes, _FAINTLY))
     effects = choice.model.build(evidence.base)
     say("locating the gap")
     places = locate(evidence, judge.ruler, evidence.base)
-    where = cuts_of(evidence, judge.ruler, evidence.base, places)
+    where = cuts_of(evidence, evidence.base, places)
     after = judge.score(effects) if choice.model.parts else before
     whole = before.gap - after.floor
     fraction = _part(before.gap - after.gap, whole)
@@ -214,9 +211,10 @@ def _notes(evidence: Evidence) -> tuple[str, ...]:
     return (*notes, *evidence.run.remarks)
 
 
-def _stands_out(score: Score) -> bool:
+def _stands_out(score: Score, limit: DepthSignificance) -> bool:
     """Whether there is more than chance between recording and simulation."""
-    return score.above > 0 and (score.excess > EXCESS or bool(score.excess_by_view.max() > EXCESS_IN_VIEW))
+    along = bool(score.excess_by_view.max() > limit.excess_along_axis)
+    return score.above > 0 and (score.excess > limit.excess or along)
 
 
 def _gap(before: float, after: float, floor: float, fraction: float, half: float) -> Gap:
@@ -276,14 +274,15 @@ def _rest(
 ) -> tuple[list[Place], Unexplained | None]:
     """What is left when the causes are added."""
     if not choice.model.parts:
-        text = describe(evidence, judge.ruler, evidence.base, places, where)
+        text = describe(places, where)
         learnable = best_learned(places)
         return places, Unexplained(fraction=1.0, where=where, description=text, learnable=learnable)
-    if not _stands_out(after) or fraction >= _EXPLAINED:
+    limit = evidence.config.significance
+    if not _stands_out(after, limit) or fraction >= limit.explained:
         return [], None
     left = locate(evidence, judge.ruler, effects)
-    cuts = cuts_of(evidence, judge.ruler, effects, left)
-    text = describe(evidence, judge.ruler, effects, left, cuts)
+    cuts = cuts_of(evidence, effects, left)
+    text = describe(left, cuts)
     learnable = best_learned(left)
     return left, Unexplained(fraction=max(1 - fraction, 0.0), where=cuts, description=text, learnable=learnable)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from depthsim.draws import Seed
 from depthsim.errors import InputError
+from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data import counting
 from depthsim.gap.depth.data import histograms as fingerprint
 from depthsim.gap.depth.data.axes import make_axes
@@ -32,8 +33,6 @@ from depthsim.sensor.pipeline import acting
 
 Counts = NDArray[np.uint32]
 T = TypeVar("T")
-_COUNTED = 50_000
-"""About how many pixels are counted of a frame: of a larger one, not every row."""
 
 
 class Evidence:
@@ -41,7 +40,7 @@ class Evidence:
 
     blocks: the frames by block; even blocks are for fitting, odd ones for judging.
     base: the effects of the simulator as it is. like: the evidence of another run in the same scene, whose cuts and
-    spread are taken, so that the counts of the two can be compared.
+    spread are taken, so that the counts of the two can be compared. config: the thresholds of the diagnosis.
     """
 
     def __init__(
@@ -52,7 +51,9 @@ class Evidence:
         base: Sequence[Effect],
         threads: int | None = None,
         like: "Evidence | None" = None,
+        config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     ) -> None:
+        self.config = config
         self.run, self.scene, self.materials, self.camera = run, scene, materials, run.camera
         self.threads = threads or core_count()
         self.caster = Caster(scene)
@@ -60,8 +61,8 @@ class Evidence:
         self._replay = Replay(self.caster, materials, run.camera, self.motion)
         self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
         self.base = tuple(base)
-        self.stride = max(1, round(run.camera.width * run.camera.height / _COUNTED))
-        self.blocks = choose_frames(len(run), run.camera.width * run.camera.height)
+        self.stride = max(1, round(run.camera.width * run.camera.height / config.data.pixels_of_frame))
+        self.blocks = choose_frames(len(run), run.camera.width * run.camera.height, config.data)
         if len(self.blocks) < 2:
             raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to judge", "give 2 or more")
         self.stills: dict[int, Still] = {}
@@ -203,7 +204,7 @@ class Evidence:
         self.depths = self.depths if len(self.depths) else np.ones(1, np.float32)
         cuts = make_cuts(
             self.camera, self.scene.tags, sample, self.run.stamps, np.array(frames), region_of_face,
-            partial(region_name, self.scene, region_of_face),
+            partial(region_name, self.scene, region_of_face), self.config.data,
         )  # fmt: skip
         if like is not None:
             cuts = replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times)

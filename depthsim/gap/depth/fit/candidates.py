@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.config import DepthFit
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.parameter import Parameter, Setting, parameters_of
 
 Vector = NDArray[np.float64]
-
-_OF_RANGES = 0.08
-"""What part of the spread of the ranges in sight is a change that matters."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,12 @@ class Hypothesis:
         return np.array([free.encode(value) for free, value in zip(self.free, values, strict=True)])
 
 
-def hypotheses(base: Sequence[Effect], setting: Setting, without: Sequence[str] = ()) -> list[Hypothesis]:
+def hypotheses(
+    base: Sequence[Effect],
+    setting: Setting,
+    without: Sequence[str] = (),
+    config: DepthFit = DepthFit(),  # noqa: B008 - frozen
+) -> list[Hypothesis]:
     """All that may be wrong with a sensor that has the effects ``base``."""
     present = {effect.id: effect for effect in base}
     found = []
@@ -96,17 +99,19 @@ def hypotheses(base: Sequence[Effect], setting: Setting, without: Sequence[str] 
             continue
         kind = effect_class(name)
         if name in present:
-            found.append(_change(present[name], setting))
+            found.append(_change(present[name], setting, config))
         else:
             others = frozenset(effect.id for effect in base if kind.law and effect.law == kind.law)
             ways = dict.fromkeys((frozenset(), others))
-            found += [_add(kind, setting, held, way) for held in kind.forms for way in ways]
+            found += [_add(kind, setting, config, held, way) for held in kind.forms for way in ways]
     return [h for h in found if h.free]
 
 
-def _add(kind: type[Effect], setting: Setting, held: Mapping[str, float], replaces: frozenset[str]) -> Hypothesis:
+def _add(
+    kind: type[Effect], setting: Setting, config: DepthFit, held: Mapping[str, float], replaces: frozenset[str]
+) -> Hypothesis:
     known = parameters_of(kind)
-    free = tuple(f for f in _free(kind, setting) if f.key not in held)
+    free = tuple(f for f in _free(kind, setting, config) if f.key not in held)
     starts = _product([_begin(known[f.name], f, setting) for f in free])
     suggested = [tuple(values[f.name] for f in free) for values in kind.suggested(setting)]
     varied = {f.name for f in free if not known[f.name].by_material}
@@ -114,8 +119,8 @@ def _add(kind: type[Effect], setting: Setting, held: Mapping[str, float], replac
     return Hypothesis(kind.id, free, fixed, (*suggested, *starts), replaces)
 
 
-def _change(effect: Effect, setting: Setting) -> Hypothesis:
-    free, values = _free(type(effect), setting), effect.model_dump()
+def _change(effect: Effect, setting: Setting, config: DepthFit) -> Hypothesis:
+    free, values = _free(type(effect), setting, config), effect.model_dump()
     start = tuple(_value(f, values, setting) for f in free)
     starts = [start]
     if len(free) == 1 and free[0].log:
@@ -138,7 +143,7 @@ def _of_material(key: tuple[str, str], given: Mapping[str, float], setting: Sett
     return None if value is None else float(value)
 
 
-def _free(kind: type[Effect], setting: Setting) -> tuple[Free, ...]:
+def _free(kind: type[Effect], setting: Setting, config: DepthFit) -> tuple[Free, ...]:
     found: list[Free] = []
     for one in parameters_of(kind).values():
         if one.frozen:
@@ -149,17 +154,17 @@ def _free(kind: type[Effect], setting: Setting) -> tuple[Free, ...]:
         elif one.scaled == "log":
             found.append(Free(one.name, max(one.low, 1e-6 * max(one.default, 1e-3)), one.high, True, 1.0))
         else:
-            found.append(Free(one.name, one.low, one.high, False, _step(one, setting), one.whole))
+            found.append(Free(one.name, one.low, one.high, False, _step(one, setting, config), one.whole))
     return tuple(found)
 
 
-def _step(one: Parameter, setting: Setting) -> float:
+def _step(one: Parameter, setting: Setting, config: DepthFit) -> float:
     """A change of a parameter that matters, where it is not a part of its value."""
     if one.whole:
         return 1.0
     if one.scaled == "range":
         # What a range is without effect, such as 1000 m, says nothing about how finely it matters.
-        return max(_OF_RANGES * float(np.ptp(setting.depths(0.15, 0.85))), 0.01)
+        return max(config.range_step * float(np.ptp(setting.depths(0.15, 0.85))), 0.01)
     if one.neutral is not None and one.default != one.neutral:
         return abs(one.default - one.neutral) / 4
     return (one.high - one.low) / 20

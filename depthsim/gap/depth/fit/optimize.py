@@ -7,15 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.config import DepthFit
 from depthsim.gap.depth.fit.candidates import Free, Hypothesis, Vector
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
 Roots = Callable[[tuple[Effect, ...]], Floats]
-_TRIAL = 0.25
-"""How far a parameter is moved to see what it does, in units of a change that matters."""
-_LONGEST = 4.0
-"""The longest step at a time, in the same units."""
 
 
 @dataclass(frozen=True)
@@ -83,13 +80,13 @@ def refine(
     base: Sequence[Effect],
     target: Floats,
     roots: Roots,
+    config: DepthFit,
     rounds: int,
-    least_gain: float = 0.004,
     both_sides: bool = False,
 ) -> Model:
     """Levenberg–Marquardt. The random numbers are the same at every step, so that the loss is smooth.
 
-    least_gain: it ends when a round takes no more than this part off the loss. Most of the loss is chance, as long as
+    It ends when a round takes no more than config.least_gain off the loss. Most of the loss is chance, as long as
     there are many bins: what tells one value of a parameter from the next is a small part of it.
 
     both_sides: slopes from a move to either side. Part of the chance is drawn anew by a move, and by moves to one side
@@ -105,14 +102,14 @@ def refine(
     least = loss(target, here)
     jacobian = None
     for _ in range(rounds):
-        jacobian = _jacobian(model, base, x, here, roots, both_sides)
+        jacobian = _jacobian(model, base, x, here, roots, config.trial, both_sides)
         # By einsum, as BLAS would wake threads of its own for so little, and let them spin beside ours.
         normal = np.einsum("bi,bj->ij", jacobian, jacobian)
         gradient = np.einsum("bi,b->i", jacobian, target - here)
         before = least
         for _ in range(3):
             damped = normal + damping * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(x))
-            step = np.clip(np.linalg.solve(damped, gradient), -_LONGEST, _LONGEST)
+            step = np.clip(np.linalg.solve(damped, gradient), -config.longest_step, config.longest_step)
             tried = model.bounded(x + step)
             there = roots(model.build(base, tried))
             new = loss(target, there)
@@ -132,7 +129,7 @@ def refine(
             if loss(target, there) >= least:
                 break
             x, here, least = further, there, loss(target, there)
-        if before - least < least_gain * least or np.abs(x - origin).max() < 5 * least_gain:
+        if before - least < config.least_gain * least or np.abs(x - origin).max() < 5 * config.least_gain:
             break
     return Model(model.parts, x, least, jacobian)
 
@@ -153,12 +150,14 @@ def polish(model: Model, base: Sequence[Effect], target: Floats, roots: Roots, s
     return Model(model.parts, x, least, model.jacobian)
 
 
-def _jacobian(model: Model, base: Sequence[Effect], x: Vector, here: Floats, roots: Roots, both_sides: bool) -> Floats:
+def _jacobian(
+    model: Model, base: Sequence[Effect], x: Vector, here: Floats, roots: Roots, trial: float, both_sides: bool
+) -> Floats:
     columns = []
     for k in range(len(x)):
-        moved, size = _moved(model, x, k, (_TRIAL, -_TRIAL))
+        moved, size = _moved(model, x, k, (trial, -trial))
         there = roots(model.build(base, moved))
-        back, back_size = _moved(model, x, k, (-_TRIAL,)) if both_sides else (x, 0.0)
+        back, back_size = _moved(model, x, k, (-trial,)) if both_sides else (x, 0.0)
         if back_size * size < 0:
             columns.append((there - roots(model.build(base, back))) / (size - back_size))
         else:
@@ -171,6 +170,6 @@ def _moved(model: Model, x: Vector, k: int, sizes: Sequence[float]) -> tuple[Vec
     free, moved = model.free[k], x.copy()
     for size in sizes:
         moved[k] = free.encode(free.decode(x[k] + size))
-        if abs(moved[k] - x[k]) > 0.5 * _TRIAL:
+        if abs(moved[k] - x[k]) > 0.5 * abs(size):
             break
-    return moved, float(moved[k] - x[k]) or _TRIAL
+    return moved, float(moved[k] - x[k]) or abs(size)

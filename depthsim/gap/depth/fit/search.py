@@ -11,21 +11,6 @@ from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, polish, refine
 from depthsim.gap.depth.fit.validate import Judge
 from depthsim.sensor.effect import Effect
 
-TIED = 0.01
-"""Effects whose closed fractions differ by less are not told apart, however sure the difference."""
-_LEADERS = 6
-"""How many of the bank are fitted in full after a first look at all."""
-_FAR_BEHIND = 2.0
-_SETTLING, _SETTLED = 6, 1e-4
-"""How many rounds the chosen causes are fitted once more, and what a round must gain for another."""
-_PLIANT = 4
-"""With so many parameters an effect can take up much of what is another's."""
-_TAKEN_UP = 0.1
-"""By what part of what it closes a pliant further cause may be ahead of a plain one without being preferred."""
-_JUDGED = 4
-"""How many runs a model is judged by: by one alone, a cause that closes a few per cent of the floor is luck."""
-_LOOKED_AT = 400_000
-"""As many pixels are enough for a first look."""
 Say = Callable[[str], None]
 
 
@@ -49,9 +34,9 @@ class Search:
         self, evidence: Evidence, judge: Judge, bank: Sequence[Hypothesis], before: float, floor: float, say: Say
     ) -> None:
         self.evidence, self.judge, self.bank, self.say = evidence, judge, list(bank), say
-        self.before, self.floor, self.base = before, floor, evidence.base
+        self.before, self.floor, self.base, self.config = before, floor, evidence.base, evidence.config
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
-        self._chance = judge.quick(evidence.base, _JUDGED) - before
+        self._chance = judge.quick(evidence.base, self.config.fit.runs) - before
         self._few = first_look(evidence)
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
 
@@ -66,7 +51,7 @@ class Search:
 
     def judged(self, model: Model) -> Candidate:
         """The model with its gap on the frames held out."""
-        return Candidate(model, self.judge.quick(model.build(self.base), _JUDGED) - self._chance)
+        return Candidate(model, self.judge.quick(model.build(self.base), self.config.fit.runs) - self._chance)
 
     def step(self, so_far: Model | None, earlier: Sequence[Candidate] = ()) -> list[Candidate]:
         """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out.
@@ -75,22 +60,22 @@ class Search:
         """
         found: list[Candidate] = []
         least = np.inf
-        screened = self._screen(so_far)[:_LEADERS]
+        screened = self._screen(so_far)[: self.config.fit.leaders]
         for model in [*screened, *self._passed_over(screened, so_far, earlier)]:
             self.say(f"fitting {model.parts[-1].effect}")
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished=False)
             if so_far and (afresh := self._afresh(so_far, model, earlier)) is not None:
                 whole = min(whole, afresh, key=lambda fitted: fitted.loss)
             # One that is far behind after two rounds will not win; what it closes is told as it is.
-            if whole.loss < _FAR_BEHIND * least:
+            if whole.loss < self.config.fit.far_behind * least:
                 whole = self.fit(whole, 4)
             least = min(least, whole.loss)
             found.append(self.judged(whole))
         found.sort(key=lambda candidate: candidate.gap)
         # Of those that do equally well the plainest comes first: holes everywhere before holes on every material.
-        margin = TIED * self.whole
-        if so_far and found and is_pliant(found[0].newest):  # it takes up some of what is still to be found, too
-            margin = max(margin, _TAKEN_UP * (self.judged(so_far).gap - found[0].gap))
+        margin = self.config.select.tied * self.whole
+        if so_far and found and self.is_pliant(found[0].newest):  # it takes up some of what is still to be found, too
+            margin = max(margin, self.config.select.taken_up * (self.judged(so_far).gap - found[0].gap))
         close = [c for c in found if c.gap - found[0].gap < margin]
         plainest = min(close, key=lambda candidate: len(candidate.newest.free), default=None)
         return sorted(found, key=lambda candidate: candidate is not plainest)
@@ -99,7 +84,7 @@ class Search:
         self, screened: Sequence[Model], so_far: Model | None, earlier: Sequence[Candidate]
     ) -> list[Model]:
         """Effects that came close in the step before, and now do not, where the first can stand for much."""
-        if so_far is None or not any(map(is_pliant, so_far.parts)):
+        if so_far is None or not any(map(self.is_pliant, so_far.parts)):
             return []
         there = {model.parts[-1].effect for model in screened} | {part.effect for part in so_far.parts}
         close = [c for c in earlier[:4] if c.newest.effect not in there and not c.newest.replaces]
@@ -111,28 +96,34 @@ class Search:
         An m for each of ten materials comes near to what many another effect does. With those fitted, the true cause
         has little left to close, and the fit does not find the way back.
         """
-        if not any(map(is_pliant, so_far.parts)):
+        if not any(map(self.is_pliant, so_far.parts)):
             return None
         was = next((c for c in earlier if c.newest == model.parts[-1]), None)
         begin = Model(model.parts, was.model.split(was.model.x)[-1]) if was else model
         xs = [
-            part.encode(part.starts[0]) if is_pliant(part) else x
+            part.encode(part.starts[0]) if self.is_pliant(part) else x
             for part, x in zip(so_far.parts, so_far.split(so_far.x), strict=True)
         ]
         return self.fit(Model(so_far.parts, np.concatenate(xs)).plus(begin), 3, polished=False)
 
+    def is_pliant(self, hypothesis: Hypothesis) -> bool:
+        """Whether it has so many parameters that it can stand for other effects."""
+        return len(hypothesis.free) >= self.config.select.flexible
+
     def fit(self, model: Model, rounds: int, polished: bool = True) -> Model:
         """The model at its best parameters, on the frames for fitting."""
         arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
-        model = refine(model, *arguments, rounds)
+        model = refine(model, *arguments, self.config.fit, rounds)
         if polished and len(model.x) <= 6:
-            model = refine(polish(model, *arguments, (1.0, 0.4)), *arguments, 2)
+            model = refine(polish(model, *arguments, (1.0, 0.4)), *arguments, self.config.fit, 2)
         return model
 
     def settled(self, model: Model) -> Model:
         """The model with parameters as fine as the frames for fitting tell them."""
         arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
-        return refine(model, *arguments, _SETTLING, _SETTLED, both_sides=True)
+        fit = self.config.fit
+        fine = fit.model_copy(update={"least_gain": fit.refined_gain})
+        return refine(model, *arguments, fine, fit.refined_rounds, both_sides=True)
 
     def _screen(self, so_far: Model | None) -> list[Model]:
         """The bank on top of ``so_far``, best first, after a first look at all of it; of each effect its best form."""
@@ -145,7 +136,7 @@ class Search:
             if hypothesis.effect in taken or (hypothesis.replaces & taken):
                 continue
             self.say(f"looking at {hypothesis.effect}, {number + 1} of {len(self.bank)}")
-            model = refine(start(hypothesis, base, target, roots), base, target, roots, 1)
+            model = refine(start(hypothesis, base, target, roots), base, target, roots, self.config.fit, 1)
             key = hypothesis.effect, bool(hypothesis.replaces)
             if key not in best or model.loss < best[key].loss:
                 best[key] = model
@@ -166,11 +157,6 @@ def first_look(evidence: Evidence) -> list[int]:
     train = evidence.train
     usual = len(train[:: max(1, round(len(train) / 2.5))])
     frames = max(len(evidence.blocks[b]) for b in train)
-    enough = -(-_LOOKED_AT // (frames * evidence.counted_of_frame))
+    enough = -(-evidence.config.fit.first_look_pixels // (frames * evidence.counted_of_frame))
     chosen = np.linspace(0, len(train) - 1, min(usual, max(enough, 2))).round().astype(int)
     return [train[k] for k in np.unique(chosen)]
-
-
-def is_pliant(hypothesis: Hypothesis) -> bool:
-    """Whether it has so many parameters that it can stand for other effects."""
-    return len(hypothesis.free) >= _PLIANT

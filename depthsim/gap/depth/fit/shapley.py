@@ -6,11 +6,8 @@ from math import factorial
 import numpy as np
 
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.validate import NULLS, Judge
+from depthsim.gap.depth.fit.validate import Judge
 from depthsim.sensor.effect import Effect
-
-_BETWEEN = 2
-"""How many runs are simulated of a sensor with some of the causes."""
 
 
 def credit(judge: Judge, base: tuple[Effect, ...], model: Model) -> tuple[float, ...]:
@@ -21,6 +18,8 @@ def credit(judge: Judge, base: tuple[Effect, ...], model: Model) -> tuple[float,
 
     Source: Shapley, "A Value for n-Person Games", 1953.
     """
+    config = judge.evidence.config
+    runs = config.significance.runs, config.fit.runs_of_subset
     xs, count = model.split(model.x), len(model.parts)
     gaps: dict[frozenset[int], float] = {}
     for size in range(count + 1):
@@ -28,7 +27,7 @@ def credit(judge: Judge, base: tuple[Effect, ...], model: Model) -> tuple[float,
             effects = base
             for k in chosen:
                 effects = model.parts[k].build(effects, xs[k])
-            gaps[frozenset(chosen)] = judge.quick(effects, NULLS if size in (0, count) else _BETWEEN)
+            gaps[frozenset(chosen)] = judge.quick(effects, runs[0] if size in (0, count) else runs[1])
     taken = np.zeros(count)
     for order in permutations(range(count)):
         for place, k in enumerate(order):

@@ -6,13 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import TIED, Candidate, Search
+from depthsim.gap.depth.fit.search import Candidate, Search
 from depthsim.gap.depth.fit.validate import Judge, jackknife
 from depthsim.sensor.effect import Effect
 
-_NEAR, _ALIKE = 0.15, 0.3
-"""Effects whose closed fractions differ by more than the first, or by a larger part than the second of what the better
-one closes, are no rivals."""
 Ties = dict[str, tuple[str, ...]]
 
 
@@ -24,10 +21,11 @@ def compare_rivals(
     looked, before: the leaders of each step, and the gap before it.
     """
     ties: Ties = {}
+    limit = search.config.select
     for named in [part.effect for part in model.parts]:
         cause = named
-        step, mine, reach = _found_as(cause, looked, before)
-        reach = min(_NEAR * search.whole, reach)
+        step, mine, closed = _found_as(cause, looked, before)
+        reach = min(limit.near * search.whole, limit.near_of_cause * closed)
         taken = {part.effect for part in model.parts}
         equals: list[str] = []
         for rival in step:
@@ -35,11 +33,11 @@ def compare_rivals(
             if mine is None or name in taken or name in equals or rival.gap - mine.gap > reach:
                 continue
             other = _instead(search, model, cause, rival)
-            if other.gap < gap - TIED * search.whole:
+            if other.gap < gap - limit.tied * search.whole:
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
                 cause = name
-            elif other.gap - gap < TIED * search.whole or not _surely_worse(
+            elif other.gap - gap < limit.tied * search.whole or not _surely_worse(
                 search.judge, other.model.build(search.base), model.build(search.base)
             ):
                 equals.append(name)
@@ -51,11 +49,11 @@ def compare_rivals(
 def _found_as(
     cause: str, looked: Sequence[Sequence[Candidate]], before: Sequence[float]
 ) -> tuple[Sequence[Candidate], Candidate | None, float]:
-    """The step in which a cause was first among the leaders, what it was there, and how far behind a rival may be."""
+    """The step in which a cause was first among the leaders, what it was there, and what it closed."""
     for step, gap in zip(looked, before, strict=True):
         mine = next((candidate for candidate in step if candidate.newest.effect == cause), None)
         if mine is not None:
-            return step, mine, _ALIKE * (gap - mine.gap)
+            return step, mine, gap - mine.gap
     return (), None, np.inf
 
 

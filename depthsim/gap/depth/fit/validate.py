@@ -9,23 +9,12 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from depthsim.draws import Seed
+from depthsim.gap.config import DepthSignificance
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
-NULLS = 16
-"""Simulated recordings that tell how far apart two runs of one sensor are."""
-_RESAMPLED = 8
-"""How many of them are taken when blocks of frames are left out in turn."""
-_LIKE_THE_OTHERS = 8
-"""A view's variance is drawn to the median of all views, as if so many more runs had that: of few runs some views'
-own comes out far too small by chance."""
-_LEAST_SPREAD, _LEAST_SPREAD_IN_VIEW = 0.01, 0.03
-"""Of the logarithm of a gap: what differs by less does not matter, however sure it is."""
-_LEAST_SURE = 0.01
-"""Half of the narrowest interval of a closed fraction: other frames of one way differ by as much, however many blocks
-agree."""
 _REMEMBERED = 24
 """Sensors whose simulated recordings are kept."""
 
@@ -57,12 +46,12 @@ class Judge:
     """Scores sensors on some blocks of the evidence."""
 
     def __init__(self, evidence: Evidence, blocks: Sequence[int]) -> None:
-        self.evidence, self.blocks = evidence, list(blocks)
+        self.evidence, self.blocks, self.config = evidence, list(blocks), evidence.config.significance
         self.ruler = Ruler.of(evidence.axes)
         self.real = evidence.real_counts(self.blocks)
         self._runs: dict[str, list[Counts]] = {}
 
-    def runs(self, effects: Sequence[Effect], count: int = NULLS) -> list[Counts]:
+    def runs(self, effects: Sequence[Effect], count: int) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
         key = repr([(e.id, e) for e in effects])
         if key not in self._runs and len(self._runs) >= _REMEMBERED:
@@ -76,8 +65,9 @@ class Judge:
         """(blocks, size): a run of the sensor with random numbers that no fit has seen."""
         return self.evidence.simulate(effects, self.blocks, seed)
 
-    def score(self, effects: Sequence[Effect], nulls: int = NULLS) -> Score:
+    def score(self, effects: Sequence[Effect]) -> Score:
         """How far the sensor with ``effects`` is from the recording."""
+        nulls = self.config.runs
         runs = [run.sum(axis=0) for run in self.runs(effects, nulls)]
         real = self.real.sum(axis=0)
         seen = np.array([self.ruler.by_view(real, run) for run in runs]).mean(axis=0)
@@ -89,7 +79,7 @@ class Judge:
         null = between.sum(axis=1) / (nulls - 1)
         floor = null.mean(axis=0)
         gap, least = (float(self.ruler.over_views(x, real)) for x in (seen, floor))
-        in_all, by_view = excess(self.ruler, seen, null, real)
+        in_all, by_view = excess(self.ruler, seen, null, real, self.config)
         return Score(gap, least, seen, floor, by_view, in_all)
 
     def quick(self, effects: Sequence[Effect], runs: int = 1) -> float:
@@ -98,7 +88,7 @@ class Judge:
         return float(np.mean([self.ruler.gap(real, run.sum(axis=0)) for run in self.runs(effects, runs)]))
 
 
-def excess(ruler: Ruler, seen: Floats, null: Floats, counts: Counts) -> tuple[float, Floats]:
+def excess(ruler: Ruler, seen: Floats, null: Floats, counts: Counts, config: DepthSignificance) -> tuple[float, Floats]:
     """:class:`Score`'s excess and excess_by_view.
 
     seen: (views,) divergence of the recording from simulated runs; null: (runs, views) that of each of the runs from
@@ -116,10 +106,11 @@ def excess(ruler: Ruler, seen: Floats, null: Floats, counts: Counts) -> tuple[fl
     chance = np.log(null + one)
     variance = chance.var(axis=0, ddof=1)
     usual = np.median(variance[counted])
-    spread = np.sqrt((_LIKE_THE_OTHERS * usual + (runs - 1) * variance) / (_LIKE_THE_OTHERS + runs - 1))
-    by_view = (np.log(seen + one) - chance.mean(axis=0)) / np.maximum(spread, _LEAST_SPREAD_IN_VIEW)
+    prior = config.spread_prior
+    spread = np.sqrt((prior * usual + (runs - 1) * variance) / (prior + runs - 1))
+    by_view = (np.log(seen + one) - chance.mean(axis=0)) / np.maximum(spread, config.least_spread_along_axis)
     total, totals = (np.log(ruler.over_views(x + one, counts)) for x in (seen, null))
-    in_all = (total - totals.mean()) / max(float(totals.std(ddof=1)), _LEAST_SPREAD)
+    in_all = (total - totals.mean()) / max(float(totals.std(ddof=1)), config.least_spread)
     return float(in_all), np.where(counted, by_view, 0)
 
 
@@ -132,11 +123,11 @@ def closed_error(judge: Judge, before: Sequence[Effect], after: Sequence[Effect]
 
     def gap(effects: Sequence[Effect], blocks: NDArray[np.int64]) -> float:
         real = judge.real[blocks].sum(axis=0)
-        runs = judge.runs(effects, _RESAMPLED)
+        runs = judge.runs(effects, judge.config.runs_resampled)
         return float(np.mean([judge.ruler.gap(real, run[blocks].sum(axis=0)) for run in runs]))
 
     def between(effects: Sequence[Effect], blocks: NDArray[np.int64]) -> float:
-        runs = [run[blocks].sum(axis=0) for run in judge.runs(effects, _RESAMPLED)]
+        runs = [run[blocks].sum(axis=0) for run in judge.runs(effects, judge.config.runs_resampled)]
         return float(np.mean([judge.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
 
     def fraction(blocks: NDArray[np.int64]) -> float:
@@ -144,7 +135,7 @@ def closed_error(judge: Judge, before: Sequence[Effect], after: Sequence[Effect]
         return (gap(before, blocks) - gap(after, blocks)) / whole if whole > 0 else 0.0
 
     _, (low, high) = jackknife(fraction, np.arange(len(judge.blocks)))
-    return float(np.hypot((high - low) / 2, _LEAST_SURE))
+    return float(np.hypot((high - low) / 2, judge.config.least_error))
 
 
 def jackknife(

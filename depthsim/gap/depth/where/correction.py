@@ -19,10 +19,6 @@ from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
 _LEARNING = Seed("learning")
-_SOFTEN = 3.0
-"""Pixels added to every bin of a cell by its view as a whole, so that empty bins have no endless weights."""
-_MOST = 20.0
-"""The largest weight that a pixel can get."""
 
 
 def learnable(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect], views: Sequence[int]) -> dict[int, float]:
@@ -61,16 +57,16 @@ def _closes(
 def _correction(evidence: Evidence, number: int, real: Floats, simulated: Floats) -> tuple[object, ...]:
     """What :func:`counting.count_corrected` needs: how much commoner each bin is in the recording, cell by cell."""
     view = evidence.axes[number]
-    bins = int(fingerprint.BINS[view.kind])
+    bins, limit = int(fingerprint.BINS[view.kind]), evidence.config.where
     begin = int(evidence.offsets[number])
     a, b = (x[begin : begin + view.size * bins].reshape(view.size, bins) for x in (real, simulated))
     # Bins with little in them are drawn to what the axis has as a whole.
     prior_a, prior_b = ((x.sum(axis=0) + 1e-9) / max(x.sum(), 1) for x in (a, b))
     share_a, share_b = (
-        (x + _SOFTEN * prior) / np.maximum(x.sum(axis=1, keepdims=True) + _SOFTEN, 1e-9)
+        (x + limit.softening * prior) / np.maximum(x.sum(axis=1, keepdims=True) + limit.softening, 1e-9)
         for x, prior in ((a, prior_a), (b, prior_b))
     )
-    ratio = np.clip(share_a / np.maximum(share_b, 1e-12), 0, _MOST)
+    ratio = np.clip(share_a / np.maximum(share_b, 1e-12), 0, limit.largest_weight)
     excess = np.maximum(share_a - ratio * share_b, 0)
     excess[excess < 1e-5] = 0
     most = (excess > 0).sum(axis=1)

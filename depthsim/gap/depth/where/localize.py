@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import jensenshannon
 
+from depthsim.gap.config import DepthWhere
 from depthsim.gap.depth.data import histograms as fingerprint
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.divergence import Ruler
@@ -24,19 +25,7 @@ from depthsim.gap.diagnosis import Cut
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
-_PER_DOUBLING = 0.015
-"""What an axis must explain more for having twice the cells, as a map of everything could stand for any axis."""
-_PAIR = 0.05
-"""What a pair of axes, or a finer look at one, must explain more."""
-_PAIRED = 2.2
-"""Two independent pixels tell twice as much as one. Neighbours that tell more go together in another way."""
-_TOGETHER, _ALSO = 0.5, 0.2
-"""What pairs of errors must tell of their own, over what one error tells, to be the first axis or the second."""
-_UNIFORM = 0.1
-"""Where the gap changes along no axis by more than this share of it, neighbours may tell what it is."""
 PAIRS = (fingerprint.FAR_LEFT, fingerprint.FAR_UP, fingerprint.BEFORE)
-_LEARNED = 3
-"""For how many axes a correction is learned, besides those of neighbours."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +43,7 @@ class Place:
 
 def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[Place]:
     """All axes, the one that matters most first. effects: the sensor that is compared with the recording."""
+    limit = evidence.config.where
     real = evidence.real_counts(evidence.test).sum(axis=0)
     plain, another = (evidence.simulate(effects, evidence.test, seed=seed).sum(axis=0) for seed in LOCATING)
     excess = np.maximum(ruler.divergence(real, plain) - ruler.divergence(another, plain), 0) * ruler.totals(real)
@@ -62,18 +52,18 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
     changes = {n: _changes(evidence, n, real, plain, another) for n in errors}
     whole = max(max((total for _, total in changes.values()), default=0.0), 1e-12)
     depends = {n: float(np.clip(varies / whole, 0, 1)) for n, (varies, _) in changes.items()}
-    uniform = max(depends.values(), default=0.0) < _UNIFORM
+    uniform = max(depends.values(), default=0.0) < limit.uniform
     if uniform and (by_range := _as_the_spread(evidence, real, plain)) is not None:
         depends[by_range] = 1.0
-    first = sorted(errors, key=lambda n: _cost(evidence.axes[n]) - depends[n])
-    closes = learnable(evidence, ruler, effects, [*first[:_LEARNED], *pairs])
+    first = sorted(errors, key=lambda n: _cost(evidence.axes[n], limit) - depends[n])
+    closes = learnable(evidence, ruler, effects, [*first[: limit.corrections], *pairs])
     bits = np.maximum(ruler.by_view(real, plain) - ruler.by_view(another, plain), 0)
     alone = max((bits[n] for n in errors), default=0.0)
     pairs.sort(key=lambda n: -bits[n])
     own = {n: beyond_each(evidence, n, real, plain) - beyond_each(evidence, n, another, plain) for n in pairs}
     told = {n: float((o * _pixels(evidence, ruler, n, real)).sum()) for n, o in own.items()}
-    ahead = [n for n in pairs if bits[n] > _PAIRED * alone or told[n] > _TOGETHER * alone]
-    beside = [n for n in pairs if n not in ahead and (told[n] > _ALSO * alone or (uniform and bits[n] > alone))]
+    ahead = [n for n in pairs if bits[n] > limit.paired * alone or told[n] > limit.together * alone]
+    beside = [n for n in pairs if n not in ahead and (told[n] > limit.beside * alone or (uniform and bits[n] > alone))]
     order = [*ahead, *first[:1], *beside, *first[1:], *(n for n in pairs if n not in (*ahead, *beside))]
     found = []
     for number in order:
@@ -150,21 +140,20 @@ def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any
     return np.maximum(joint - one - other, 0)
 
 
-def _cost(view: Axis) -> float:
-    return _PER_DOUBLING * max(np.log2(view.size / 8), 0.0) + (0.0 if view.single else _PAIR)
+def _cost(view: Axis, limit: DepthWhere) -> float:
+    return limit.per_doubling * max(np.log2(view.size / 8), 0.0) + (0.0 if view.single else limit.pair)
 
 
-def cuts_of(
-    evidence: Evidence, ruler: Ruler, effects: Sequence[Effect], places: Sequence[Place], most: int = 6
-) -> tuple[Cut, ...]:
+def cuts_of(evidence: Evidence, effects: Sequence[Effect], places: Sequence[Place]) -> tuple[Cut, ...]:
     """The ranked list for diagnosis.json: each axis once, with the part of it that holds most of its gap."""
     real = evidence.real_counts(evidence.test).sum(axis=0)
     simulated = evidence.simulate(effects, evidence.test, seed=LOCATING[0]).sum(axis=0)
+    limit = evidence.config.where
     cuts: list[Cut] = []
     seen: set[str] = set()
     for place in places:
         view = evidence.axes[place.view]
-        if view.name in seen or place.depends < 0.02 or len(cuts) >= most:
+        if view.name in seen or place.depends < limit.least_share or len(cuts) >= limit.most_axes:
             continue
         seen.add(view.name)
         cells = shortest_row(place.shares) if view.unit else _largest(place.shares)
