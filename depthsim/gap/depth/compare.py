@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from depthsim.errors import InputError
 from depthsim.gap.config import DepthCompare, DepthConfig
-from depthsim.gap.depth.data.divergence import Ruler
+from depthsim.gap.depth.data.divergence import MEASURE, UNIT, Ruler
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.histograms import ACROSS, BINS, ERROR, PHASE
-from depthsim.gap.depth.diagnose import MEASURE, UNIT
 from depthsim.gap.depth.where.differences import Difference, compare_cells
 from depthsim.gap.depth.where.localize import PAIRS, beyond_each, shortest_row
 from depthsim.gap.diagnosis import Cut, Diagnosis, Gap, Unexplained

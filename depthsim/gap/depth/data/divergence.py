@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.histograms import BINS
 
+MEASURE = "Jensen-Shannon divergence of the errors' distributions, mean over all views"
+UNIT = "bits per pixel"
 Floats = NDArray[np.float64]
 Counted = NDArray[np.integer] | NDArray[np.float64]
 """(size,) how many pixels are in each bin; weighted ones are no whole numbers."""

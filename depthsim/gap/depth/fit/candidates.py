@@ -9,10 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.config import DepthFit
+from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.parameter import Parameter, Setting, parameters_of
 
 Vector = NDArray[np.float64]
+
+
+def setting_of(evidence: Evidence) -> Setting:
+    """What of the recording decides where fits begin."""
+    tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
+    quantiles = np.quantile(evidence.depths, Setting.SHARES).astype(float)
+    stamps = [still.stamp for still in evidence.stills.values()]
+    return Setting(tags, quantiles, max(stamps) - min(stamps), evidence.materials, find_steps(evidence))
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,11 @@ class Score:
         """The gap over its floor."""
         return self.gap - self.floor
 
+    def stands_out(self, limit: DepthSignificance) -> bool:
+        """Whether there is more than chance between recording and simulation."""
+        along = bool(self.excess_by_view.max() > limit.excess_along_axis)
+        return self.above > 0 and (self.excess > limit.excess or along)
+
 
 class Judge:
     """Scores sensors on some blocks of the evidence."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.draws import Seed
-from depthsim.gap.depth.diagnose import Findings
+from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit.search import Candidate
 from depthsim.gap.depth.report.curves import AxisCurves, Series, axis_curves, best_axes
 from depthsim.gap.depth.report.errors import Correlations, ErrorShares, Sample, correlations, error_shares, sample

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import yaml
 
-from depthsim.gap.depth.diagnose import Findings
+from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.report.drawing import measure_drawing
 from depthsim.gap.depth.report.page import report_page
 from depthsim.gap.depth.where.residual import stub

@@ -4,8 +4,14 @@ import math
 from collections.abc import Sequence
 
 from depthsim.gap.depth.where.localize import Place
-from depthsim.gap.diagnosis import Cut
+from depthsim.gap.diagnosis import Cut, Unexplained
 from depthsim.gap.report.words import place as place_in_words
+
+
+def unexplained_by(places: Sequence[Place], cuts: tuple[Cut, ...], fraction: float) -> Unexplained:
+    """What no cause explains, a ``fraction`` of the gap. places, cuts: where it lies."""
+    text, most = describe(places, cuts), best_learned(places)
+    return Unexplained(fraction=fraction, where=cuts, description=text, learnable=most)
 
 
 def describe(places: Sequence[Place], cuts: Sequence[Cut]) -> str:
