@@ -18,8 +18,8 @@ from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.frames import choose_frames
 from depthsim.gap.depth.data.quantization import _steps_of
 from depthsim.gap.depth.fit.candidates import hypotheses
-from depthsim.gap.depth.fit.validate import jackknife
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
+from depthsim.gap.resampling import jackknife
 from depthsim.materials import load_materials
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
@@ -211,7 +211,7 @@ def test_the_jackknife_of_a_mean_is_the_t_interval() -> None:
     from scipy import stats
 
     values = np.random.default_rng(0).normal(3, 2, 9)
-    mean, (low, high) = jackknife(lambda kept: values[kept].mean(), np.arange(9))
+    mean, (low, high) = jackknife(lambda kept: values[kept].mean(), 9)
     expected = stats.t.interval(0.95, 8, values.mean(), stats.sem(values))
     assert (mean, low, high) == pytest.approx((values.mean(), *expected))
 

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Candidate, Search
-from depthsim.gap.depth.fit.validate import Judge, jackknife
+from depthsim.gap.depth.fit.validate import Judge
+from depthsim.gap.resampling import jackknife
 from depthsim.sensor.effect import Effect
 
 Ties = dict[str, tuple[str, ...]]
@@ -75,4 +76,4 @@ def _surely_worse(judge: Judge, other: tuple[Effect, ...], chosen: tuple[Effect,
         a, b, c = (x[blocks].sum(axis=0) for x in (judge.real, theirs, mine))
         return judge.ruler.gap(a, b) - judge.ruler.gap(a, c)
 
-    return jackknife(difference, np.arange(len(judge.real)))[1][0] > 0
+    return jackknife(difference, len(judge.real))[1][0] > 0

@@ -1,17 +1,17 @@
 """Judging on frames that nothing was fitted on: how large the gap is, what is closed, and how sure that is."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from depthsim.draws import Seed
 from depthsim.gap.config import DepthSignificance
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
+from depthsim.gap.resampling import jackknife
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -139,19 +139,5 @@ def closed_error(judge: Judge, before: Sequence[Effect], after: Sequence[Effect]
         whole = gap(judge.evidence.base, blocks) - between(after, blocks)
         return (gap(before, blocks) - gap(after, blocks)) / whole if whole > 0 else 0.0
 
-    _, (low, high) = jackknife(fraction, np.arange(len(judge.blocks)))
+    _, (low, high) = jackknife(fraction, len(judge.blocks))
     return float(np.hypot((high - low) / 2, judge.config.least_error))
-
-
-def jackknife(
-    statistic: Callable[[NDArray[np.int64]], float], every: NDArray[np.int64]
-) -> tuple[float, tuple[float, float]]:
-    """The statistic of all blocks, and its 95 % interval by leaving out one at a time."""
-    value = float(statistic(every))
-    if len(every) < 3:
-        return value, (value - 0.5, value + 0.5)
-    left_out = np.array([statistic(np.delete(every, k)) for k in range(len(every))])
-    count = len(every)
-    error = float(np.sqrt((count - 1) / count * ((left_out - left_out.mean()) ** 2).sum()))
-    half = error * float(stats.t.ppf(0.975, count - 1))
-    return value, (value - half, value + half)

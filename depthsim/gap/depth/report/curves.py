@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_LOST, ERROR_NO_SURFACE, MAGNITUDES
 from depthsim.gap.report.drawing import Array, Drawn
+from depthsim.gap.resampling import jackknife_half
 
 Floats = NDArray[np.float64]
 _EDGES = np.concatenate([[-140], -MAGNITUDES[::-1], [0], MAGNITUDES, [140]]).astype(np.float64)
@@ -85,12 +85,9 @@ def _curve(
     total = grouped.sum(axis=0)
     value = _numbers(total)
     value[:, total.sum(axis=1) < _FEWEST] = np.nan
-    blocks = len(counts)
-    if blocks < 3:
+    if len(counts) < 3:
         return value, np.zeros_like(value)
-    left_out = np.array([_numbers(total - one) for one in grouped])
-    error = np.sqrt((blocks - 1) / blocks * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
-    return value, error * float(stats.t.ppf(0.975, blocks - 1))
+    return value, jackknife_half(np.array([_numbers(total - one) for one in grouped]))
 
 
 def _numbers(counts: Floats) -> Floats:
