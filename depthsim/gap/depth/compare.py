@@ -116,7 +116,7 @@ def compare_runs(
 def _scene(runs: tuple[Run, Run], scene: str | Path | Scene | None, materials: Materials) -> Scene:
     found = scene if scene is not None else runs[0].scene or runs[1].scene
     if found is None:
-        raise InputError(runs[0].path, "", "holds no scene, nor does the other run", "put one there, or give --scene")
+        raise InputError(runs[0].path, "", "holds no scene, nor does the other run", "put one there, or give `scene`")
     return load_scene(found, materials=materials)
 
 

@@ -20,6 +20,7 @@ from depthsim.gap.depth.fit.validate import Judge, Score, closed_error
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
 from depthsim.gap.diagnosis import Diagnosis, Gap, Unexplained
+from depthsim.gap.report.folder import check_report_folder
 from depthsim.materials import Materials
 from depthsim.runs.folder import Run
 from depthsim.scene import Scene
@@ -52,8 +53,11 @@ def diagnose(
     sensor.yaml and index.html. without: effects that are left out of the bank. config: the thresholds. say: hears what
     is being done.
 
-    Raises :class:`InputError` for a run, a scene or a profile that cannot be read.
+    Raises :class:`InputError` for a run, a scene or a profile that cannot be read, and where ``out`` holds other files
+    than those of a report.
     """
+    if out is not None:
+        check_report_folder(Path(out))
     found = investigate(
         run, scene=scene, sensor=sensor, without=without, threads=threads, materials=materials, config=config, say=say
     )

@@ -18,6 +18,7 @@ from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.flight.diagnose import investigate
 from depthsim.gap.flight.findings import Findings
 from depthsim.gap.flight.report.write import write_report
+from depthsim.gap.report.folder import check_report_folder
 
 __all__ = ["Findings", "diagnose_flight", "investigate", "write_report"]
 
@@ -37,6 +38,8 @@ def diagnose_flight(
     seed: of the bootstrap; the same seed gives the same result. config: the thresholds. Raises
     :class:`~depthsim.errors.InputError`.
     """
+    if out is not None:
+        check_report_folder(Path(out))
     given = [logs] if isinstance(logs, (FlightLog, str, Path)) else list(logs)
     flights = [read_any(log, drop_unmeasured=True) for log in given]
     craft = load_vehicle(vehicle)

@@ -42,7 +42,7 @@ def investigate(
     unknown = [name for name in without if name not in flight_effect_ids()]
     if unknown:
         raise InputError(
-            "--without", unknown[0], "is no effect of a flight", f"name one of {', '.join(flight_effect_ids())}"
+            "`without`", unknown[0], "is no effect of a flight", f"name one of {', '.join(flight_effect_ids())}"
         )
     say("reading forces")
     records = prepare(logs, vehicle, config)

@@ -57,5 +57,5 @@ def _profile(run: Run, sensor: str | Path | Profile | Sequence[Effect] | None) -
 def _scene(run: Run, scene: str | Path | Scene | None, materials: Materials) -> Scene:
     found = scene if scene is not None else run.scene
     if found is None:
-        raise InputError(run.path, "", "holds no scene", "put scene.obj or scene.yaml there, or give --scene")
+        raise InputError(run.path, "", "holds no scene", "put scene.obj or scene.yaml there, or give `scene`")
     return load_scene(found, materials=materials)

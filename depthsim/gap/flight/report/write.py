@@ -9,22 +9,26 @@ from depthsim.gap.flight.report import words
 from depthsim.gap.flight.report.drawing import FlightDrawing, measure_drawing
 from depthsim.gap.flight.report.figures import axes_png, time_png
 from depthsim.gap.report.drawing import write_drawing
+from depthsim.gap.report.folder import report_folder
 from depthsim.gap.report.page import Bar, Cell, Page, Tone
-from depthsim.runs.storing import make_folder, write_whole
+from depthsim.runs.storing import write_whole
 
 VEHICLE, PAGE = "vehicle.yaml", "index.html"
 _TONES: dict[str, Tone] = {"no_gap": "good", "explained": "good", "partly_explained": "fair", "unexplained": "bad"}
 
 
 def write_report(folder: Path, found: Findings) -> None:
-    """Write the report into ``folder``; each file appears whole or not at all."""
+    """Write the report to ``folder``, whole or not at all; an earlier report there is replaced.
+
+    Raises :class:`InputError` where ``folder`` is anything else than a report, and where the disk refuses.
+    """
     drawing = measure_drawing(found)
     page = report_page(found.diagnosis, drawing)
-    make_folder(folder)
-    write_whole(folder / VEHICLE, found.vehicle.to_yaml().encode())
-    write_drawing(drawing, folder)
-    write_whole(folder / PAGE, page.encode())
-    found.diagnosis.write(folder)
+    with report_folder(folder) as part:
+        write_whole(part / VEHICLE, found.vehicle.to_yaml().encode())
+        write_drawing(drawing, part)
+        write_whole(part / PAGE, page.encode())
+        found.diagnosis.write(part)
 
 
 def report_page(diagnosis: Diagnosis, drawing: FlightDrawing) -> str:
