@@ -126,7 +126,9 @@ class DepthSignificance(Section):
     excess: float = _value(8.0, "over all axes, above which there is a gap")
     excess_along_axis: float = _value(8.0, "along one axis, above which there is a gap")
     faint: float = _value(0.1, "of the floor: less than this over it, and no cause, is no gap")
-    explained: float = _value(0.98, "closed of the gap: from here on it is explained, whatever stands out of the rest")
+    explained: float = _value(
+        0.98, "closed of the gap: from here on it is explained, whatever stands out of what is left"
+    )
     runs: int = _count(16, "simulated of one sensor, to know how far two runs of it are apart")
     runs_resampled: int = _count(8, "of these that are taken when blocks of frames are left out in turn")
     spread_prior: float = _value(
@@ -194,12 +196,12 @@ class FlightSelect(Section):
     tie_t: float = _value(2.0, "difference of two losses over its standard error, below which they may be equal")
     tie_gain: float = _value(5.0, "difference of two losses below which they are equal")
     tie_share: float = _value(
-        0.003, "of what an effect explains: a smaller difference belongs to its formula, if that leaves as much"
+        0.003, "of what an effect explains: a smaller difference belongs to how it is written, if that leaves as much"
     )
     noise_uncertainty: float = _value(0.1, "how well the noise's power is known, relative")
     unsure_gain: float = _value(30.0, "a loss that differs by less, and not in all blocks alike, does not differ")
     unsure_share: float = _value(0.05, "the same over what an effect explains")
-    unsure_left: float = _value(5.0, "the same over what the formula leaves")
+    unsure_left: float = _value(5.0, "the same over what the candidate leaves")
     uneven_rotors: float = _value(
         0.25, "how far the force may speak of other uneven rotors than the logged thrusts, over what these differ by"
     )
@@ -207,10 +209,10 @@ class FlightSelect(Section):
         0.75, "of what is learned in time: so much on acceleration, angular rate or thrust, and it is no gust"
     )
     lasting: float = _value(0.5, "the same on any other axis that lasts")
-    formula: float = _value(0.85, "of what gusts close: where a formula closes so much, it is the formula")
+    candidate: float = _value(0.85, "of what gusts close: a candidate that closes so much is taken, and no gusts")
     like_wind: float = _value(0.6, "of what a free force in time closes: a wind closes so much, or it is none")
-    velocities_tell: float = _value(9.0, "of the loss: velocities that are noisier say nothing of gusts")
-    gusts_share: float = _value(0.05, "of what is closed with gusts: formulas alone must leave this much more")
+    velocities_show: float = _value(9.0, "of the loss: velocities that are noisier say nothing of gusts")
+    gusts_share: float = _value(0.05, "of what is closed with gusts: candidates alone must leave this much more")
 
 
 class FlightSignificance(Section):
@@ -218,8 +220,8 @@ class FlightSignificance(Section):
 
     least_gain: float = _value(22.0, "of the loss, which chance lowers by about 1 a parameter; the bank's size counted")
     least_t: float = _value(2.6, "mean gain of the blocks over its standard error")
-    rest: float = _value(0.006, "of the gap's power: a rest below this is not reported")
-    rest_of_gusts: float = _value(0.05, "the same where the wind gusts: between knots a little is always left")
+    residual: float = _value(0.006, "of the gap's power: a residual below this is not reported")
+    residual_of_gusts: float = _value(0.05, "the same where the wind gusts: between knots a little is always left")
     least_axis: float = _value(0.05, "share of the power that must be learned on an axis for the gap to lie there")
     most_axes: int = _count(6, "axes that are reported at most")
     nearest: float = _value(
@@ -227,7 +229,7 @@ class FlightSignificance(Section):
         "power that can still be learned over what a cause closes; above it the name may be the nearest only. Wrong "
         "names leave 0.02 to 0.1 in benchmarks/withheld_flight.py, right ones by another formula up to 0.01",
     )
-    nearest_beside: float = _value(0.3, "the same beside a rest that is known to be there")
+    nearest_beside: float = _value(0.3, "the same beside a residual that is known to be there")
     also: float = _value(0.8, "a force lies on every axis on which so much of it is learned, relative to the best")
     least_tilt: float = _value(0.01, "[rad] tilts below this are the attitude's own error")
     least_upward: float = _value(0.03, "[m/s²] upwards a tilt hardly matters")

@@ -61,7 +61,7 @@ class Paired:
 
 
 def paired(one: Floats, other: Floats) -> Paired:
-    """How sure it is that ``one`` (blocks,) is larger than ``other`` (blocks,), the same data judged twice."""
+    """How sure it is that ``one`` (blocks,) is larger than ``other`` (blocks,), the same data held out twice."""
     difference = one - other
     mean = float(difference.mean())
     if len(difference) < 3:

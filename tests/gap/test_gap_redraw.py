@@ -98,7 +98,7 @@ def test_a_folder_with_other_files_is_refused_before_anything_is_diagnosed(tmp_p
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "said"),
     [
         (lambda text: text[:100], "Invalid JSON"),
         (lambda text: text.replace('"depth"', '"width"', 1), "kind"),
@@ -106,12 +106,12 @@ def test_a_folder_with_other_files_is_refused_before_anything_is_diagnosed(tmp_p
         (lambda _: "[" * 5000, "Invalid JSON"),
     ],
 )
-def test_a_damaged_drawing_is_told_in_one_line(tmp_path: Path, change, told: str) -> None:
+def test_a_damaged_drawing_is_reported_in_one_line(tmp_path: Path, change, said: str) -> None:
     write_report(found(), tmp_path / "report")
     file = tmp_path / "report" / DRAWING
     file.write_text(change(file.read_text()))
     page = (tmp_path / "report" / PAGE).read_bytes()
     with pytest.raises(InputError, match=DRAWING) as caught:
         redraw(tmp_path / "report")
-    assert told in str(caught.value) and "\n" not in str(caught.value)
+    assert said in str(caught.value) and "\n" not in str(caught.value)
     assert (tmp_path / "report" / PAGE).read_bytes() == page

@@ -1,6 +1,6 @@
 """Two recordings of one scene without a simulator: whether their cameras differ, and how.
 
-Each is compared with its own clean geometry; errors are told in one measure for both, the spread that the paper's
+Each is compared with its own clean geometry; errors are measured in one unit for both, the spread that the paper's
 sensor would have. Pixels are given weights by which both runs have seen the same ranges of the same materials, so that
 what the cameras looked at does not count. The floor is the gap between two halves that have as much of each run.
 """
@@ -99,15 +99,15 @@ def compare_runs(
     chance = np.array([_apart(ruler, *pair) for pair in splits])
     floor = float(chance.mean())
     differ = gap > max(floor + limit.above * float(chance.std()), float(chance.max()), limit.ratio * floor)
-    told = Gap(measure=MEASURE, unit=UNIT, before=gap, after=gap, floor=floor, closed_fraction=0.0, ci95=(0.0, 0.0))
+    found = Gap(measure=MEASURE, unit=UNIT, before=gap, after=gap, floor=floor, closed_fraction=0.0, ci95=(0.0, 0.0))
     where = _where(a, ruler, counts_a, counts_b, splits) if differ else ()
-    rest = Unexplained(fraction=1.0, where=where, description=_describe(where)) if differ else None
+    unexplained = Unexplained(fraction=1.0, where=where, description=_describe(where)) if differ else None
     diagnosis = Diagnosis(
         verdict="unexplained" if differ else "no_gap",
-        gap=told,
+        gap=found,
         where=where,
         causes=(),
-        unexplained=rest,
+        unexplained=unexplained,
         notes=_notes(a, b, overlap),
     )
     return Comparison(diagnosis, a, b, counts_a, counts_b, overlap)
@@ -122,7 +122,7 @@ def _scene(runs: tuple[Run, Run], scene: str | Path | Scene | None, materials: M
 
 def _weighted(a: Evidence, b: Evidence, limit: DepthCompare) -> tuple[Floats, Floats, float]:
     """The counts of both as if they had seen the same ranges of the same materials, and how much both have seen."""
-    number = next(n for n, view in enumerate(a.axes) if view.name == "range x material" and view.kind == ERROR)
+    number = next(n for n, axis in enumerate(a.axes) if axis.name == "range x material" and axis.kind == ERROR)
     bins, size, begin = int(BINS[ERROR]), a.axes[number].size, int(a.offsets[number])
     shares = []
     for one in (a, b):
@@ -176,26 +176,26 @@ def _where(
     excess = np.maximum(ruler.divergence(x, y) - chance, 0)
     totals = (ruler.totals(x) + ruler.totals(y)) / 2
     found: list[tuple[float, Cut]] = []
-    for number, view in enumerate(a.axes):
-        if view.kind >= PHASE or view.kind == ACROSS or not (view.single or view.kind != ERROR):
+    for number, axis in enumerate(a.axes):
+        if axis.kind >= PHASE or axis.kind == ACROSS or not (axis.single or axis.kind != ERROR):
             continue
-        inside = ruler.view_of_cell == number
+        inside = ruler.axis_of_cell == number
         bits = excess[inside] * totals[inside]
-        if view.kind in PAIRS:
+        if axis.kind in PAIRS:
             bits = np.minimum(bits, beyond_each(a, number, x, y) * totals[inside])
         if not bits.any():
             continue
-        cells = _part(bits / bits.sum(), ordered=bool(view.unit))
+        cells = _part(bits / bits.sum(), ordered=bool(axis.unit))
         difference = compare_cells(a, number, cells, y, x)
-        interval = view.interval(cells)
+        interval = axis.interval(cells)
         cut = Cut(
-            axis=view.name,
+            axis=axis.name,
             interval=interval,
-            label=None if interval else view.label(cells),
-            unit=view.unit if interval else "",
+            label=None if interval else axis.label(cells),
+            unit=axis.unit if interval else "",
             share_of_gap=float(bits[cells].sum() / bits.sum()),
             what=difference.what,
-            text=_told(difference),
+            text=_in_words(difference),
         )
         found.append((float(bits.sum() / max(totals[inside].sum(), 1)), cut))
     cuts: dict[str, Cut] = {}
@@ -212,7 +212,7 @@ def _part(shares: Floats, *, ordered: bool, enough: float = 0.7) -> NDArray[np.i
     return shortest_row(shares, enough)
 
 
-def _told(difference: Difference) -> str:
+def _in_words(difference: Difference) -> str:
     """A difference in words; bias, spread and holes of B against A."""
     match difference.what:
         case "spread":
@@ -222,7 +222,7 @@ def _told(difference: Difference) -> str:
             side = "farther" if difference.bias > 0 else "nearer"
             return f"B measures {side} than A, by {abs(difference.bias):.2f} spreads of the paper's sensor"
         case "missing":
-            b, a = (100 * share for share in difference.lost)
+            b, a = (100 * share for share in difference.holes)
             return f"{'B' if b > a else 'A'} has more holes: {a:.1f} % in A, {b:.1f} % in B"
         case "tail":
             return "the shares of far-off depths differ"
@@ -243,5 +243,5 @@ def _notes(a: Evidence, b: Evidence, overlap: float) -> tuple[str, ...]:
     if a.camera.shape != b.camera.shape:
         notes.append("the two have different resolutions: rows and columns are compared by their place in the picture")
     if overlap < 0.5:
-        notes.append(f"only {overlap:.0%} of what they saw is alike in range and material; the rest is left out")
+        notes.append(f"only {overlap:.0%} of what they saw is alike in range and material; other pixels are left out")
     return tuple(notes)

@@ -13,13 +13,13 @@ from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import MEASURE, UNIT
 from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.findings import Findings
-from depthsim.gap.depth.fit.candidates import hypotheses, setting_of
+from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
-from depthsim.gap.depth.fit.select import Choice, choose
-from depthsim.gap.depth.fit.validate import Judge, Score, closed_error
+from depthsim.gap.depth.fit.select import Selection, select
+from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
-from depthsim.gap.diagnosis import Diagnosis, Gap, Unexplained
+from depthsim.gap.diagnosis import Diagnosis, Gap, Unexplained, Verdict
 from depthsim.gap.report.folder import check_report_folder
 from depthsim.materials import Materials
 from depthsim.runs.folder import Run
@@ -86,70 +86,76 @@ def investigate(
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
     say("casting the scene")
     evidence, profile = load_evidence(run, scene, sensor, materials, threads, config)
-    judge = Judge(evidence, evidence.test)
+    validator = Validator(evidence, evidence.test)
     say("measuring the gap")
-    before = judge.score(evidence.base)
+    before = validator.score(evidence.base)
     if not before.stands_out(config.significance):
-        return _no_gap(judge, profile, before)
-    choice = _which(judge, before, without, say)
-    if not choice.model.parts and before.above < config.significance.faint * before.floor:
-        return _no_gap(judge, profile, before, _FAINTLY)
-    effects = choice.model.build(evidence.base)
-    after, gap = _how_far(judge, choice, before)
+        return _no_gap(validator, profile, before)
+    selection = _which(validator, before, without, say)
+    if not selection.model.parts and before.above < config.significance.faint * before.floor:
+        return _no_gap(validator, profile, before, _FAINTLY)
+    effects = selection.model.build(evidence.base)
+    after, gap = _how_far(validator, selection, before)
     say("locating the gap")
-    places = locate(evidence, judge.ruler, evidence.base)
-    places_after, unexplained = _left(judge, choice, places, after, gap.closed_fraction)
+    places = locate(evidence, validator.ruler, evidence.base)
+    places_after, unexplained = _left(validator, selection, places, after, gap.closed_fraction)
     diagnosis = Diagnosis(
-        verdict="unexplained" if not choice.model.parts else "explained" if unexplained is None else "partly_explained",
+        verdict=_verdict(selection, unexplained),
         gap=gap,
         where=cuts_of(evidence, evidence.base, places),
-        causes=causes_of(judge, choice, before.gap - after.floor),
+        causes=causes_of(validator, selection, before.gap - after.floor),
         unexplained=unexplained,
         notes=notes_of(evidence),
     )
     fixed = fixed_profile(profile, effects)
-    return Findings(diagnosis, evidence, judge, profile, fixed, before, after, choice, places, places_after)
+    return Findings(diagnosis, evidence, validator, profile, fixed, before, after, selection, places, places_after)
 
 
-def _no_gap(judge: Judge, profile: Profile, before: Score, *notes: str) -> Findings:
+def _no_gap(validator: Validator, profile: Profile, before: Score, *notes: str) -> Findings:
     """What is found where there is no gap."""
     gap = _gap(before, before, 0.0, 0.0)
-    notes = (*notes_of(judge.evidence), *notes)
+    notes = (*notes_of(validator.evidence), *notes)
     diagnosis = Diagnosis(verdict="no_gap", gap=gap, where=(), causes=(), unexplained=None, notes=notes)
-    return Findings(diagnosis, judge.evidence, judge, profile, profile, before, before, None, [], [])
+    return Findings(diagnosis, validator.evidence, validator, profile, profile, before, before, None, [], [])
 
 
-def _which(judge: Judge, before: Score, without: Sequence[str], say: Say) -> Choice:
+def _which(validator: Validator, before: Score, without: Sequence[str], say: Say) -> Selection:
     """The effects that explain the gap, of all that may be wrong with the simulator."""
-    evidence = judge.evidence
-    bank = hypotheses(evidence.base, setting_of(evidence), without, evidence.config.fit)
-    return choose(evidence, judge, bank, before.gap, before.floor, say)
+    evidence = validator.evidence
+    bank = candidates(evidence.base, setting_of(evidence), without, evidence.config.fit)
+    return select(evidence, validator, bank, before.gap, before.floor, say)
 
 
-def _how_far(judge: Judge, choice: Choice, before: Score) -> tuple[Score, Gap]:
+def _how_far(validator: Validator, selection: Selection, before: Score) -> tuple[Score, Gap]:
     """The gap with the causes added: measured again, as before, on frames that nothing was fitted on."""
-    if not choice.model.parts:
+    if not selection.model.parts:
         return before, _gap(before, before, 0.0, 0.0)
-    base = judge.evidence.base
-    effects = choice.model.build(base)
-    after = judge.score(effects)
+    base = validator.evidence.base
+    effects = selection.model.build(base)
+    after = validator.score(effects)
     whole = before.gap - after.floor
     closed = (before.gap - after.gap) / whole if whole > 0 else 0.0
-    return after, _gap(before, after, closed, closed_error(judge, base, effects))
+    return after, _gap(before, after, closed, closed_error(validator, base, effects))
 
 
 def _left(
-    judge: Judge, choice: Choice, places: list[Place], after: Score, closed: float
+    validator: Validator, selection: Selection, places: list[Place], after: Score, closed: float
 ) -> tuple[list[Place], Unexplained | None]:
     """What the causes leave, and where; nothing where it does not stand out."""
-    evidence, limit = judge.evidence, judge.config
-    if not choice.model.parts:
+    evidence, limit = validator.evidence, validator.config
+    if not selection.model.parts:
         return places, unexplained_by(places, cuts_of(evidence, evidence.base, places), 1.0)
     if not after.stands_out(limit) or closed >= limit.explained:
         return [], None
-    effects = choice.model.build(evidence.base)
-    left = locate(evidence, judge.ruler, effects)
+    effects = selection.model.build(evidence.base)
+    left = locate(evidence, validator.ruler, effects)
     return left, unexplained_by(left, cuts_of(evidence, effects, left), max(1 - closed, 0.0))
+
+
+def _verdict(selection: Selection, unexplained: Unexplained | None) -> Verdict:
+    if not selection.model.parts:
+        return "unexplained"
+    return "explained" if unexplained is None else "partly_explained"
 
 
 def _gap(before: Score, after: Score, closed: float, half: float) -> Gap:

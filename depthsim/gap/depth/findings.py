@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.fit.select import Choice
-from depthsim.gap.depth.fit.validate import Judge, Score
+from depthsim.gap.depth.fit.select import Selection
+from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.depth.where.localize import Place
 from depthsim.gap.diagnosis import Diagnosis
 from depthsim.sensor.profile import Profile
@@ -14,17 +14,17 @@ from depthsim.sensor.profile import Profile
 class Findings:
     """All that a report is made from.
 
-    profile: the sensor before; fixed: with the causes added. choice: None without a gap. places: the axes, before and
-    after.
+    profile: the sensor before; fixed: with the causes added. selection: None without a gap. places: the axes, before
+    and after.
     """
 
     diagnosis: Diagnosis
     evidence: Evidence
-    judge: Judge
+    validator: Validator
     profile: Profile
     fixed: Profile
     before: Score
     after: Score
-    choice: Choice | None
+    selection: Selection | None
     places: list[Place]
     places_after: list[Place]

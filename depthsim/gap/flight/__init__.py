@@ -4,7 +4,8 @@ close it.
 The residual is the specific force in the body frame, measured less modelled, both low-passed at 4 Hz. Its RMS per axis
 is the gap, and its floor is the noise that the residual's own spectrum shows above the motion. RMS, rather than bits a
 sample, because a force in m/s² can be read, added up over causes, and compared with other people's figures; bias and
-slow changes are all in it, and correlation is what tells them from noise, since everything is judged on time held out.
+slow changes are all in it, and correlation is what distinguishes them from noise, since everything is validated on
+time held out.
 """
 
 from collections.abc import Sequence

@@ -10,11 +10,11 @@ from depthsim.raycast import Geometry
 
 
 @dataclass
-class Still:
+class CleanFrame:
     """One frame without a sensor.
 
     across: (pixels,) the clean depth beyond an edge [m], 0 where there is none. per_spread: (pixels,) 1 over the
-    simulator's own spread of the depth [1/m]. places: (views, pixels that are counted), see :func:`counting.places`.
+    simulator's own spread of the depth [1/m]. places: (axes, pixels that are counted), see :func:`counting.places`.
     """
 
     index: int
@@ -26,7 +26,7 @@ class Still:
     places: NDArray[np.unsignedinteger]
 
 
-def choose_frames(count: int, pixels: int, limit: DepthData) -> list[NDArray[np.int64]]:
+def select_frames(count: int, pixels: int, limit: DepthData) -> list[NDArray[np.int64]]:
     """Blocks of frames in a row, spread over the run; a short run is taken whole.
 
     Neighbours in time are alike, and a block is never parted between fitting and validating.

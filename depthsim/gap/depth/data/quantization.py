@@ -19,7 +19,7 @@ def find_steps(evidence: Evidence) -> tuple[float, float] | None:
     frames = [int(block[0]) for block in evidence.blocks[:: max(1, len(evidence.blocks) // 8)]]
     unit = evidence.camera.depth_scale
     measured = np.concatenate([evidence.run.depth_raw(i).reshape(-1)[::3] for i in frames])
-    clean = np.concatenate([evidence.stills[i].geometry.depth.reshape(-1)[::3] for i in frames])
+    clean = np.concatenate([evidence.frames[i].geometry.depth.reshape(-1)[::3] for i in frames])
     seen, there = (_disparities(evidence, z) for z in (measured, np.round(clean / unit)))
     return _steps_of(seen, there, evidence.config.data) if min(len(seen), len(there)) > 2000 else None
 

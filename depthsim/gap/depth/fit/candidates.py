@@ -21,7 +21,7 @@ def setting_of(evidence: Evidence) -> Setting:
     """What of the recording decides where fits begin."""
     tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
     quantiles = np.quantile(evidence.depths, Setting.SHARES).astype(float)
-    stamps = [still.stamp for still in evidence.stills.values()]
+    stamps = [frame.stamp for frame in evidence.frames.values()]
     return Setting(tags, quantiles, max(stamps) - min(stamps), evidence.materials, find_steps(evidence))
 
 
@@ -47,7 +47,7 @@ class Free:
 
     @property
     def label(self) -> str:
-        """As it is told: ``sigma`` or ``m.cement``."""
+        """As it is reported: ``sigma`` or ``m.cement``."""
         return self.key if isinstance(self.key, str) else ".".join(self.key)
 
     def encode(self, value: float) -> float:
@@ -62,7 +62,7 @@ class Free:
 
 
 @dataclass(frozen=True)
-class Hypothesis:
+class Candidate:
     """An effect to be added to a sensor, changed in it, or put in place of another.
 
     free: what is fitted; fixed: the other parameters; starts: where to begin, as vectors of values; replaces: the ids
@@ -95,12 +95,12 @@ class Hypothesis:
         return np.array([free.encode(value) for free, value in zip(self.free, values, strict=True)])
 
 
-def hypotheses(
+def candidates(
     base: Sequence[Effect],
     setting: Setting,
     without: Sequence[str] = (),
     config: DepthFit = DepthFit(),  # noqa: B008 - frozen
-) -> list[Hypothesis]:
+) -> list[Candidate]:
     """All that may be wrong with a sensor that has the effects ``base``."""
     present = {effect.id: effect for effect in base}
     found = []
@@ -119,24 +119,24 @@ def hypotheses(
 
 def _add(
     kind: type[Effect], setting: Setting, config: DepthFit, held: Mapping[str, float], replaces: frozenset[str]
-) -> Hypothesis:
+) -> Candidate:
     known = parameters_of(kind)
     free = tuple(f for f in _free(kind, setting, config) if f.key not in held)
     starts = _product([_begin(known[f.name], f, setting) for f in free])
     suggested = [tuple(values[f.name] for f in free) for values in kind.suggested(setting)]
     varied = {f.name for f in free if not known[f.name].by_material}
     fixed = {name: one.default for name, one in known.items() if name not in varied} | dict(held)
-    return Hypothesis(kind.id, free, fixed, (*suggested, *starts), replaces)
+    return Candidate(kind.id, free, fixed, (*suggested, *starts), replaces)
 
 
-def _change(effect: Effect, setting: Setting, config: DepthFit) -> Hypothesis:
+def _change(effect: Effect, setting: Setting, config: DepthFit) -> Candidate:
     free, values = _free(type(effect), setting, config), effect.model_dump()
     start = tuple(_value(f, values, setting) for f in free)
     starts = [start]
     if len(free) == 1 and free[0].log:
         starts += [(start[0] * k,) for k in (0.2, 3)]
     fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
-    return Hypothesis(effect.id, free, fixed, tuple(starts))
+    return Candidate(effect.id, free, fixed, tuple(starts))
 
 
 def _value(free: Free, values: Mapping[str, Any], setting: Setting) -> float:

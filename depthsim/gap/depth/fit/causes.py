@@ -5,26 +5,26 @@ from typing import Any
 
 from depthsim.gap.depth.fit.advice import advice_for
 from depthsim.gap.depth.fit.intervals import parameter_intervals
-from depthsim.gap.depth.fit.select import Choice
-from depthsim.gap.depth.fit.validate import Judge, closed_error
+from depthsim.gap.depth.fit.select import Selection
+from depthsim.gap.depth.fit.validate import Validator, closed_error
 from depthsim.gap.diagnosis import Cause
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.profile import Profile
 
 
-def causes_of(judge: Judge, choice: Choice, whole: float) -> tuple[Cause, ...]:
+def causes_of(validator: Validator, selection: Selection, whole: float) -> tuple[Cause, ...]:
     """The causes, the one that closes most first. whole: the gap over the floor of the sensor with all of them.
 
     Causes overlap: the mean over all orders adds up to what they close together, taking one away does not.
     """
-    model, evidence = choice.model, judge.evidence
-    intervals = parameter_intervals(evidence, judge.ruler, evidence.base, model)
+    model, evidence = selection.model, validator.evidence
+    intervals = parameter_intervals(evidence, validator.ruler, evidence.base, model)
     full = model.build(evidence.base)
     causes = []
     for number, part in enumerate(model.parts):
-        fraction = choice.shares[number] / whole if whole > 0 else 0.0
-        half = closed_error(judge, model.less(number).build(evidence.base), full)
-        ties = choice.ties.get(part.effect, ())
+        fraction = selection.shares[number] / whole if whole > 0 else 0.0
+        half = closed_error(validator, model.less(number).build(evidence.base), full)
+        ties = selection.ties.get(part.effect, ())
         causes.append(
             Cause(
                 effect=part.effect,

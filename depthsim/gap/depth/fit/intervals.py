@@ -34,9 +34,9 @@ def parameter_intervals(evidence: Evidence, ruler: Ruler, base: Sequence[Effect]
     found: list[dict[str, Any]] = []
     at = 0
     for part, x in zip(model.parts, model.split(model.x), strict=True):
-        told: dict[str, Any] = {}
+        own: dict[str, Any] = {}
         for free, value, width in zip(part.free, x, half[at : at + len(x)], strict=True):
-            told[free.label] = [free.decode(value - width), free.decode(value + width)]
+            own[free.label] = [free.decode(value - width), free.decode(value + width)]
         at += len(x)
-        found.append(told)
+        found.append(own)
     return found

@@ -1,4 +1,4 @@
-"""Fitting: the parameters at which the simulator's fingerprint comes nearest to the recording's."""
+"""Fitting: the parameters at which the simulator's histograms come nearest to the recording's."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.config import DepthFit
-from depthsim.gap.depth.fit.candidates import Free, Hypothesis, Vector
+from depthsim.gap.depth.fit.candidates import Candidate, Free, Vector
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -17,9 +17,9 @@ Roots = Callable[[tuple[Effect, ...]], Floats]
 
 @dataclass(frozen=True)
 class Model:
-    """Several hypotheses at once, each at a place of its own: ``x`` is all their free parameters in a row."""
+    """Several candidates at once, each at a place of its own: ``x`` is all their free parameters in a row."""
 
-    parts: tuple[Hypothesis, ...]
+    parts: tuple[Candidate, ...]
     x: Vector
     loss: float = np.inf
     jacobian: Floats | None = None
@@ -30,7 +30,7 @@ class Model:
         return tuple(free for part in self.parts for free in part.free)
 
     def split(self, x: Vector) -> list[Vector]:
-        """``x`` by hypothesis."""
+        """``x`` by candidate."""
         if not self.parts:
             return []
         return np.split(x, np.cumsum([len(part.free) for part in self.parts])[:-1])
@@ -43,7 +43,7 @@ class Model:
         return effects
 
     def parameters(self, number: int) -> dict[str, Any]:
-        """The parameters of one hypothesis."""
+        """The parameters of one candidate."""
         return self.parts[number].parameters(self.split(self.x)[number])
 
     def bounded(self, x: Vector) -> Vector:
@@ -55,23 +55,23 @@ class Model:
         return Model((*self.parts, *other.parts), np.concatenate([self.x, other.x]))
 
     def less(self, number: int) -> "Model":
-        """Without one hypothesis."""
+        """Without one candidate."""
         kept = [k for k in range(len(self.parts)) if k != number]
         xs = self.split(self.x)
         return Model(tuple(self.parts[k] for k in kept), np.concatenate([xs[k] for k in kept] or [np.empty(0)]))
 
 
 def loss(target: Floats, found: Floats) -> float:
-    """Squared distance of two fingerprints' roots."""
+    """Squared distance of the roots of two sets of histograms."""
     return float(np.square(target - found).sum())
 
 
-def start(hypothesis: Hypothesis, base: Sequence[Effect], target: Floats, roots: Roots) -> Model:
-    """The best of the places where a hypothesis begins."""
+def start(candidate: Candidate, base: Sequence[Effect], target: Floats, roots: Roots) -> Model:
+    """The best of the places where a candidate begins."""
     tries = []
-    for values in hypothesis.starts:
-        x = hypothesis.encode(values)
-        tries.append(Model((hypothesis,), x, loss(target, roots(hypothesis.build(base, x)))))
+    for values in candidate.starts:
+        x = candidate.encode(values)
+        tries.append(Model((candidate,), x, loss(target, roots(candidate.build(base, x)))))
     return min(tries, key=lambda model: model.loss)
 
 
@@ -87,7 +87,7 @@ def refine(
     """Levenberg–Marquardt. The random numbers are the same at every step, so that the loss is smooth.
 
     It ends when a round takes no more than config.least_gain off the loss. Most of the loss is chance, as long as
-    there are many bins: what tells one value of a parameter from the next is a small part of it.
+    there are many bins: what distinguishes one value of a parameter from the next is a small part of it.
 
     both_sides: slopes from a move to either side. Part of the chance is drawn anew by a move, and by moves to one side
     alone the parameters would drift to that side.

@@ -1,4 +1,4 @@
-"""Which effects explain the gap: one, then more, each judged on frames that it was not fitted on."""
+"""Which effects explain the gap: one, then more, each validated on frames that it was not fitted on."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.fit.candidates import Hypothesis
+from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import Candidate, Say, Search
+from depthsim.gap.depth.fit.search import Say, Search, Trial
 from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.ties import Ties, compare_rivals
-from depthsim.gap.depth.fit.validate import Judge
+from depthsim.gap.depth.fit.validate import Validator
 
 
 @dataclass(frozen=True)
-class Choice:
+class Selection:
     """The causes. shares: what each takes off the gap on the frames held out [bits per pixel]; ties: the equals of
     each cause.
 
@@ -25,7 +25,7 @@ class Choice:
     model: Model
     shares: tuple[float, ...]
     ties: Ties
-    looked_at: tuple[tuple[Candidate, ...], ...]
+    looked_at: tuple[tuple[Trial, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -34,18 +34,18 @@ class _Chain:
 
     model: Model | None
     gap: float
-    looked: list[tuple[Candidate, ...]]
+    looked: list[tuple[Trial, ...]]
     before: list[float]
 
 
-def choose(
-    evidence: Evidence, judge: Judge, bank: Sequence[Hypothesis], before: float, floor: float, say: Say
-) -> Choice:
+def select(
+    evidence: Evidence, validator: Validator, bank: Sequence[Candidate], before: float, floor: float, say: Say
+) -> Selection:
     """One cause after the other, as long as the frames held out support it.
 
     bank: what may be wrong; before, floor: the gap of the simulator as it is, and its least.
     """
-    search = Search(evidence, judge, bank, before, floor, say)
+    search = Search(evidence, validator, bank, before, floor, say)
     chain = _grow(search, _Chain(None, before, [], []))
     if chain.model is not None and (plain := _plain_rival(search, chain)) is not None:
         say(f"beginning again with {plain.newest.effect}")
@@ -53,18 +53,18 @@ def choose(
         other = _grow(search, _Chain(plain.model, plain.gap, [leaders], [before]))
         chain = other if other.gap < chain.gap - search.config.select.tied * search.whole else chain
     if chain.model is None:
-        return Choice(Model((), np.empty(0)), (), {}, tuple(chain.looked))
+        return Selection(Model((), np.empty(0)), (), {}, tuple(chain.looked))
     model, ties = compare_rivals(search, chain.model, chain.gap, chain.looked, chain.before)
-    shares = credit(judge, search.base, model)
+    shares = credit(validator, search.base, model)
     while len(shares) > 1 and min(shares) < search.config.select.least * search.whole:
         least = int(np.argmin(shares))
         say(f"{model.parts[least].effect} closes next to nothing")
         ties.pop(model.parts[least].effect, None)
         model = search.fit(model.less(least), 3)
-        shares = credit(judge, search.base, model)
-    say("settling the parameters")
-    model = search.settled(model)
-    return Choice(model, credit(judge, search.base, model), ties, tuple(chain.looked))
+        shares = credit(validator, search.base, model)
+    say("refining the parameters")
+    model = search.refined(model)
+    return Selection(model, credit(validator, search.base, model), ties, tuple(chain.looked))
 
 
 def _grow(search: Search, chain: _Chain) -> _Chain:
@@ -83,20 +83,20 @@ def _grow(search: Search, chain: _Chain) -> _Chain:
     return _Chain(model, gap, looked, before)
 
 
-def _plain_rival(search: Search, chain: _Chain) -> Candidate | None:
-    """What to begin with instead, where the first cause bends to everything and all the same leaves something.
+def _plain_rival(search: Search, chain: _Chain) -> Trial | None:
+    """What to begin with instead, where the first cause is flexible and all the same leaves something.
 
     Light from a side brings noise and holes: by itself it closes more than either of the two causes that brought
     the one and the other, and leaves too little of each for them to be found on top of it.
     """
     first, limit = chain.looked[0][0], search.config.select
-    if not search.is_pliant(first.newest) or search.left(chain.gap) <= limit.done:
+    if not search.is_flexible(first.newest) or search.left(chain.gap) <= limit.done:
         return None
     enough = search.before - limit.plain * (search.before - first.gap)
-    return next((c for c in chain.looked[0] if not search.is_pliant(c.newest) and c.gap <= enough), None)
+    return next((c for c in chain.looked[0] if not search.is_flexible(c.newest) and c.gap <= enough), None)
 
 
-def _supported(search: Search, before: float, leaders: Sequence[Candidate], first: bool) -> bool:
+def _supported(search: Search, before: float, leaders: Sequence[Trial], first: bool) -> bool:
     """Whether what the first of ``leaders`` closes is enough to name it."""
     whole, limit = search.whole, search.config.select
     best = leaders[0]
@@ -111,13 +111,13 @@ def _supported(search: Search, before: float, leaders: Sequence[Candidate], firs
     return share >= limit.further_apart and all(_stays(search, before, best, other) for other in others)
 
 
-def _stays(search: Search, before: float, best: Candidate, other: Candidate) -> bool:
+def _stays(search: Search, before: float, best: Trial, other: Trial) -> bool:
     """Whether ``best`` closes its part of the gap also where ``other`` has closed its own."""
     gained, limit = before - best.gap, search.config.select
     if before - other.gap < limit.rival * gained:
         return True
     newest = Model((other.newest,), other.model.split(other.model.x)[-1])
-    both = search.judged(best.model.plus(newest)).gap
+    both = search.validated(best.model.plus(newest)).gap
     return other.gap - both >= limit.stays * gained
 
 
@@ -125,8 +125,8 @@ def _prune(search: Search, model: Model, gap: float) -> tuple[Model, float]:
     """Without the causes that later ones have made needless."""
     for number in range(len(model.parts) - 2, -1, -1):
         without = search.fit(model.less(number), 3)
-        rest = search.judged(without).gap
-        if rest - gap < search.config.select.least * search.whole:
+        left = search.validated(without).gap
+        if left - gap < search.config.select.least * search.whole:
             search.say(f"{model.parts[number].effect} is no longer needed")
-            model, gap = without, rest
+            model, gap = without, left
     return model, gap

@@ -1,4 +1,4 @@
-"""Judging on frames that nothing was fitted on: how large the gap is, what is closed, and how sure that is."""
+"""Validating on frames that nothing was fitted on: how large the gap is, what is closed, and how sure that is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,17 +23,17 @@ _REMEMBERED = 24
 class Score:
     """A sensor against the recording.
 
-    gap: bits per pixel; floor: that of two runs of this sensor. by_view, floor_by_view: the same by view.
+    gap: bits per pixel; floor: that of two runs of this sensor. by_axis, floor_by_axis: the same by axis.
     excess: how far the gap is above its floor, as the logarithm of their ratio over the spread of that logarithm from
-    run to run; excess_by_view: the same by view, 0 where the view has no pixels. How large they get where there is no
+    run to run; excess_by_axis: the same by axis, 0 where the axis has no pixels. How large they get where there is no
     gap is counted by benchmarks/nulls.py.
     """
 
     gap: float
     floor: float
-    by_view: Floats
-    floor_by_view: Floats
-    excess_by_view: Floats
+    by_axis: Floats
+    floor_by_axis: Floats
+    excess_by_axis: Floats
     excess: float
 
     @property
@@ -43,11 +43,11 @@ class Score:
 
     def stands_out(self, limit: DepthSignificance) -> bool:
         """Whether there is more than chance between recording and simulation."""
-        along = bool(self.excess_by_view.max() > limit.excess_along_axis)
+        along = bool(self.excess_by_axis.max() > limit.excess_along_axis)
         return self.above > 0 and (self.excess > limit.excess or along)
 
 
-class Judge:
+class Validator:
     """Scores sensors on some blocks of the evidence."""
 
     def __init__(self, evidence: Evidence, blocks: Sequence[int]) -> None:
@@ -63,7 +63,7 @@ class Judge:
             del self._runs[next(iter(self._runs))]
         known = self._runs.setdefault(key, [])
         while len(known) < count:
-            known.append(self.simulate(effects, Seed("judging", len(known))))
+            known.append(self.simulate(effects, Seed("judging", len(known))))  # a key: another word, other draws
         return known[:count]
 
     def simulate(self, effects: Sequence[Effect], seed: Seed) -> Counts:
@@ -75,17 +75,17 @@ class Judge:
         nulls = self.config.runs
         runs = [run.sum(axis=0) for run in self.runs(effects, nulls)]
         real = self.real.sum(axis=0)
-        seen = np.array([self.ruler.by_view(real, run) for run in runs]).mean(axis=0)
+        seen = np.array([self.ruler.by_axis(real, run) for run in runs]).mean(axis=0)
         between = np.zeros((nulls, nulls, len(seen)))
         for i in range(nulls):
             for j in range(i):
-                between[i, j] = between[j, i] = self.ruler.by_view(runs[i], runs[j])
+                between[i, j] = between[j, i] = self.ruler.by_axis(runs[i], runs[j])
         # A run against the others: the spread over the runs is that of the recording's own chance.
         null = between.sum(axis=1) / (nulls - 1)
         floor = null.mean(axis=0)
-        gap, least = (float(self.ruler.over_views(x, real)) for x in (seen, floor))
-        in_all, by_view = excess(self.ruler, seen, null, real, self.config)
-        return Score(gap, least, seen, floor, by_view, in_all)
+        gap, least = (float(self.ruler.over_axes(x, real)) for x in (seen, floor))
+        in_all, by_axis = excess(self.ruler, seen, null, real, self.config)
+        return Score(gap, least, seen, floor, by_axis, in_all)
 
     def quick(self, effects: Sequence[Effect], runs: int = 1) -> float:
         """The gap by one simulated run, or the mean of several."""
@@ -94,32 +94,32 @@ class Judge:
 
 
 def excess(ruler: Ruler, seen: Floats, null: Floats, counts: Counts, config: DepthSignificance) -> tuple[float, Floats]:
-    """:class:`Score`'s excess and excess_by_view.
+    """:class:`Score`'s excess and excess_by_axis.
 
-    seen: (views,) divergence of the recording from simulated runs; null: (runs, views) that of each of the runs from
-    the others; counts: (size,) what was counted, which says how many pixels each view has.
+    seen: (axes,) divergence of the recording from simulated runs; null: (runs, axes) that of each of the runs from
+    the others; counts: (size,) what was counted, which says how many pixels each axis has.
 
     By logarithms, as a divergence that is due to chance is skewed: it is a sum of squares, of few that count where
     pixels or frames go together. One pixel at odds makes half a bit; so much is added, so that what has no chance in
     it has a logarithm, too.
     """
-    pixels = np.bincount(ruler.view_of_cell, ruler.totals(counts), ruler.views)
+    pixels = np.bincount(ruler.axis_of_cell, ruler.totals(counts), ruler.axes)
     counted, runs = pixels > 0, len(null)
     if not counted.any():
-        return 0.0, np.zeros(ruler.views)
+        return 0.0, np.zeros(ruler.axes)
     one = 0.5 / np.maximum(pixels, 1)
     chance = np.log(null + one)
     variance = chance.var(axis=0, ddof=1)
     usual = np.median(variance[counted])
     prior = config.spread_prior
     spread = np.sqrt((prior * usual + (runs - 1) * variance) / (prior + runs - 1))
-    by_view = (np.log(seen + one) - chance.mean(axis=0)) / np.maximum(spread, config.least_spread_along_axis)
-    total, totals = (np.log(ruler.over_views(x + one, counts)) for x in (seen, null))
+    by_axis = (np.log(seen + one) - chance.mean(axis=0)) / np.maximum(spread, config.least_spread_along_axis)
+    total, totals = (np.log(ruler.over_axes(x + one, counts)) for x in (seen, null))
     in_all = (total - totals.mean()) / max(float(totals.std(ddof=1)), config.least_spread)
-    return float(in_all), np.where(counted, by_view, 0)
+    return float(in_all), np.where(counted, by_axis, 0)
 
 
-def closed_error(judge: Judge, before: Sequence[Effect], after: Sequence[Effect]) -> float:
+def closed_error(validator: Validator, before: Sequence[Effect], after: Sequence[Effect]) -> float:
     """Half of the 95 % interval of the share of the gap that is closed from ``before`` to ``after``.
 
     By the jackknife over blocks of frames, as frames that follow each other are alike. The gap is that of the simulator
@@ -127,17 +127,17 @@ def closed_error(judge: Judge, before: Sequence[Effect], after: Sequence[Effect]
     """
 
     def gap(effects: Sequence[Effect], blocks: NDArray[np.int64]) -> float:
-        real = judge.real[blocks].sum(axis=0)
-        runs = judge.runs(effects, judge.config.runs_resampled)
-        return float(np.mean([judge.ruler.gap(real, run[blocks].sum(axis=0)) for run in runs]))
+        real = validator.real[blocks].sum(axis=0)
+        runs = validator.runs(effects, validator.config.runs_resampled)
+        return float(np.mean([validator.ruler.gap(real, run[blocks].sum(axis=0)) for run in runs]))
 
     def between(effects: Sequence[Effect], blocks: NDArray[np.int64]) -> float:
-        runs = [run[blocks].sum(axis=0) for run in judge.runs(effects, judge.config.runs_resampled)]
-        return float(np.mean([judge.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
+        runs = [run[blocks].sum(axis=0) for run in validator.runs(effects, validator.config.runs_resampled)]
+        return float(np.mean([validator.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
 
     def fraction(blocks: NDArray[np.int64]) -> float:
-        whole = gap(judge.evidence.base, blocks) - between(after, blocks)
+        whole = gap(validator.evidence.base, blocks) - between(after, blocks)
         return (gap(before, blocks) - gap(after, blocks)) / whole if whole > 0 else 0.0
 
-    _, (low, high) = jackknife(fraction, len(judge.blocks))
-    return float(np.hypot((high - low) / 2, judge.config.least_error))
+    _, (low, high) = jackknife(fraction, len(validator.blocks))
+    return float(np.hypot((high - low) / 2, validator.config.least_error))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_LOST, ERROR_NO_SURFACE, MAGNITUDES
+from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_HOLE, ERROR_NO_SURFACE, MAGNITUDES
 from depthsim.gap.report.drawing import Array, Drawn
 from depthsim.gap.resampling import jackknife_half
 
@@ -94,9 +94,9 @@ def _numbers(counts: Floats) -> Floats:
     """(3, groups) from (groups, bins)."""
     out = np.full((3, len(counts)), np.nan)
     for k, row in enumerate(counts):
-        seen = row[:ERROR_LOST]
+        seen = row[:ERROR_HOLE]
         if row.sum() > 0:
-            out[2, k] = row[ERROR_LOST:ERROR_NO_SURFACE].sum() / row.sum()
+            out[2, k] = row[ERROR_HOLE:ERROR_NO_SURFACE].sum() / row.sum()
         if seen.sum() > 0:
             sums = np.concatenate([[0], np.cumsum(seen)]) / seen.sum()
             low, middle, high = np.interp([0.1587, 0.5, 0.8413], sums, _EDGES)
@@ -123,10 +123,10 @@ def _spread(evidence: Evidence, edges: Floats) -> Floats:
     """(groups,) the mean of the simulator's spread between ranges [mm]."""
     count = len(edges) - 1
     summed, pixels = np.zeros(count), np.zeros(count)
-    for still in list(evidence.stills.values())[:: max(1, len(evidence.stills) // 8)]:
-        ok = still.per_spread > 0
-        place = np.clip(np.searchsorted(edges, still.geometry.depth.reshape(-1)[ok]) - 1, 0, count - 1)
-        summed += np.bincount(place, 1000 / still.per_spread[ok], count)
+    for frame in list(evidence.frames.values())[:: max(1, len(evidence.frames) // 8)]:
+        ok = frame.per_spread > 0
+        place = np.clip(np.searchsorted(edges, frame.geometry.depth.reshape(-1)[ok]) - 1, 0, count - 1)
+        summed += np.bincount(place, 1000 / frame.per_spread[ok], count)
         pixels += np.bincount(place, minlength=count)
     return np.asarray(summed / np.maximum(pixels, 1))
 
@@ -139,7 +139,7 @@ def best_axes(evidence: Evidence, ranked: Sequence[int], most: int) -> list[int]
         wanted = number in ranked or axis.name in ("range", "incidence")
         if wanted and axis.name not in by_axis and _groups(axis) is not None:
             by_axis[axis.name] = number
-    chosen = list(by_axis)[:most]
-    if "range" in by_axis and "range" not in chosen:
-        chosen[-1:] = ["range"] if len(chosen) == most else [*chosen[-1:], "range"]
-    return [by_axis[axis] for axis in chosen]
+    selected = list(by_axis)[:most]
+    if "range" in by_axis and "range" not in selected:
+        selected[-1:] = ["range"] if len(selected) == most else [*selected[-1:], "range"]
+    return [by_axis[axis] for axis in selected]

@@ -47,7 +47,7 @@ def report_page(diagnosis: Diagnosis, drawing: FlightDrawing) -> str:
             [cut.axis.replace("_", " "), words.place(cut), Bar(cut.share_of_gap), cut.what, words.learned(cut)]
             for cut in diagnosis.unexplained.where
         ]
-        page.table(["axis", "most of it at", "share of the rest", "kind", "what can be learned"], rows)
+        page.table(["axis", "most of it at", "share of it", "kind", "what can be learned"], rows)
     steps = words.next_steps(diagnosis)
     if steps:
         page.section("What to do next").items(steps)
@@ -73,7 +73,7 @@ def _causes(page: Page, diagnosis: Diagnosis) -> None:
         share = Bar(cause.closed_fraction, f"{cause.closed_fraction:.0%} ({low:.0%} to {high:.0%})")
         title = f"{cause.effect}: {flight_effect(cause.effect).title}"
         rows.append([title, share, f"{cause.parameters['formula']}: {words.parameters(cause)}", others])
-    page.table(["cause", "closes of the gap", "fitted (95 %)", "cannot be told from"], rows)
+    page.table(["cause", "closes of the gap", "fitted (95 %)", "indistinguishable from"], rows)
 
 
 def _where(page: Page, diagnosis: Diagnosis, drawing: FlightDrawing) -> None:
