@@ -87,18 +87,26 @@ def investigate(
     say("casting the scene")
     evidence, profile = load_evidence(run, scene, sensor, materials, threads, config)
     validator = Validator(evidence, evidence.test)
+
+    # Is there a gap?
     say("measuring the gap")
     before = validator.score(evidence.base)
     if not before.stands_out(config.significance):
         return _no_gap(validator, profile, before)
+
+    # Which effects explain it?
     selection = _which(validator, before, without, say)
     if not selection.model.parts and before.above < config.significance.faint * before.floor:
         return _no_gap(validator, profile, before, _FAINTLY)
-    effects = selection.model.build(evidence.base)
+
+    # How far do they close it?
     after, gap = _how_far(validator, selection, before)
+
+    # Where does it lie, before and after?
     say("locating the gap")
     places = locate(evidence, validator.ruler, evidence.base)
     places_after, unexplained = _left(validator, selection, places, after, gap.closed_fraction)
+
     diagnosis = Diagnosis(
         verdict=_verdict(selection, unexplained),
         gap=gap,
@@ -107,7 +115,7 @@ def investigate(
         unexplained=unexplained,
         notes=notes_of(evidence),
     )
-    fixed = fixed_profile(profile, effects)
+    fixed = fixed_profile(profile, selection.model.build(evidence.base))
     return Findings(diagnosis, evidence, validator, profile, fixed, before, after, selection, places, places_after)
 
 
