@@ -87,15 +87,16 @@ def investigate(
     say("casting the scene")
     evidence, profile = load_evidence(run, scene, sensor, materials, threads, config)
     validator = Validator(evidence, evidence.test)
+    selecting = Validator(evidence, evidence.held_out) if evidence.in_three else validator
 
     # Is there a gap?
     say("measuring the gap")
     before = validator.score(evidence.base)
-    if not before.stands_out(config.significance):
+    if not (before.stands_out(config.significance) or selecting.score(evidence.base).stands_out(config.significance)):
         return _no_gap(validator, profile, before)
 
     # Which effects explain it?
-    selection = _which(validator, before, without, say)
+    selection = _which(selecting, without, say)
     if not selection.model.parts and before.above < config.significance.faint * before.floor:
         return _no_gap(validator, profile, before, _FAINTLY)
 
@@ -127,11 +128,11 @@ def _no_gap(validator: Validator, profile: Profile, before: Score, *notes: str) 
     return Findings(diagnosis, validator.evidence, validator, profile, profile, before, before, None, [], [])
 
 
-def _which(validator: Validator, before: Score, without: Sequence[str], say: Say) -> Selection:
+def _which(validator: Validator, without: Sequence[str], say: Say) -> Selection:
     """The effects that explain the gap, of all that may be wrong with the simulator."""
     evidence = validator.evidence
     bank = candidates(evidence.base, setting_of(evidence), without, evidence.config.fit)
-    return select(evidence, validator, bank, before.gap, before.floor, say)
+    return select(evidence, validator, bank, say)
 
 
 def _how_far(validator: Validator, selection: Selection, before: Score) -> tuple[Score, Gap]:
@@ -152,12 +153,13 @@ def _left(
     """What the causes leave, and where; nothing where it does not stand out."""
     evidence, limit = validator.evidence, validator.config
     if not selection.model.parts:
-        return places, unexplained_by(places, cuts_of(evidence, evidence.base, places), 1.0)
-    if not after.stands_out(limit) or closed >= limit.explained:
+        return places, unexplained_by(places, cuts_of(evidence, evidence.base, places), 1.0, selection.nearest)
+    if not after.stands_out(limit):
         return [], None
     effects = selection.model.build(evidence.base)
     left = locate(evidence, validator.ruler, effects)
-    return left, unexplained_by(left, cuts_of(evidence, effects, left), max(1 - closed, 0.0))
+    cuts = cuts_of(evidence, effects, left)
+    return left, unexplained_by(left, cuts, max(1 - closed, 0.0), selection.nearest)
 
 
 def _verdict(selection: Selection, unexplained: Unexplained | None) -> Verdict:

@@ -81,12 +81,22 @@ class Evidence:
     @property
     def train(self) -> list[int]:
         """The blocks that parameters are fitted on."""
-        return list(range(0, len(self.blocks), 2))
+        return list(range(0, len(self.blocks), 3 if self.in_three else 2))
+
+    @property
+    def held_out(self) -> list[int]:
+        """The blocks that causes are selected on."""
+        return list(range(1, len(self.blocks), 3 if self.in_three else 2))
 
     @property
     def test(self) -> list[int]:
-        """The blocks that are validated on."""
-        return list(range(1, len(self.blocks), 2))
+        """The blocks that are reported on. Of a short recording they are those that causes are selected on."""
+        return list(range(2, len(self.blocks), 3)) if self.in_three else self.held_out
+
+    @property
+    def in_three(self) -> bool:
+        """Whether there are enough blocks for three parts."""
+        return len(self.blocks) >= self.config.data.least_blocks
 
     def real_counts(self, blocks: Sequence[int]) -> Counts:
         """(blocks, size): what the recording shows."""

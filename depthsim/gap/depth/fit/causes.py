@@ -6,6 +6,7 @@ from typing import Any
 from depthsim.gap.depth.fit.advice import advice_for
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.select import Selection
+from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.validate import Validator, closed_error
 from depthsim.gap.diagnosis import Cause
 from depthsim.sensor.effect import Effect
@@ -20,9 +21,10 @@ def causes_of(validator: Validator, selection: Selection, whole: float) -> tuple
     model, evidence = selection.model, validator.evidence
     intervals = parameter_intervals(evidence, validator.ruler, evidence.base, model)
     full = model.build(evidence.base)
+    shares = credit(validator, evidence.base, model) if model.parts else ()
     causes = []
     for number, part in enumerate(model.parts):
-        fraction = selection.shares[number] / whole if whole > 0 else 0.0
+        fraction = shares[number] / whole if whole > 0 else 0.0
         half = closed_error(validator, model.less(number).build(evidence.base), full)
         ties = selection.ties.get(part.effect, ())
         causes.append(
