@@ -122,6 +122,9 @@ class DepthAgreement(Section):
     uniform: float = _value(
         0.1, "of what a gap has of a kind: with less changing along any axis, it is the same all over"
     )
+    all_along: float = _value(
+        0.4, "of a gap: with so much changing along one axis, all kinds together, any cause must answer for that"
+    )
     left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
 

@@ -22,16 +22,19 @@ from depthsim.gap.depth.where.localize import beyond_each
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
-KINDS = ("bias", "spread", "missing")
-_WORDS = {"bias": "bias", "spread": "noise", "missing": "holes"}
+Effects = Sequence[Effect]
+KINDS = ("bias", "spread", "missing", "all")
+ALL = 3
+_WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "all": "errors"}
 
 
 @dataclass(frozen=True)
 class Changes:
     """How two recordings differ, kind by kind [bits per pixel], over chance.
 
-    mean: (3, axes) in the mean over an axis' pixels; varies: (3, axes) in what changes from cell to cell. Zero for axes
-    that count no errors. together: how neighbours and successive frames go together, beyond each error alone.
+    mean: (4, axes) in the mean over an axis' pixels; varies: (4, axes) in what changes from cell to cell; of bias, of
+    spread, of holes, and of the whole distribution. Zero for axes that count no errors. together: how neighbours and
+    successive frames go together, beyond each error alone.
     """
 
     mean: Floats
@@ -40,7 +43,7 @@ class Changes:
 
     @property
     def whole(self) -> Floats:
-        """(3,) all of it, by the axis that shows most."""
+        """(4,) all of it, by the axis that shows most."""
         return np.asarray(np.maximum(self.mean + self.varies, 0).max(axis=1))
 
 
@@ -60,38 +63,41 @@ def changes(validator: Validator, one: Counts, others: Sequence[Counts], chance:
     return Changes(seen[0] - null[0], seen[1] - null[1], max(together, 0.0))
 
 
-def against(validator: Validator, effects: Sequence[Effect]) -> Changes:
+def against(validator: Validator, effects: Effects) -> Changes:
     """How the recording differs from a sensor with ``effects``."""
     runs = [run.sum(axis=0) for run in validator.runs(effects, validator.evidence.config.fit.runs)]
     return changes(validator, validator.real.sum(axis=0), runs[1:], runs[0])
 
 
-def done_by(validator: Validator, before: Sequence[Effect], after: Sequence[Effect]) -> Changes:
+def done_by(validator: Validator, before: Effects, after: Effects) -> Changes:
     """What is changed from one sensor to another."""
     count = validator.evidence.config.fit.runs
     first, then = ([run.sum(axis=0) for run in validator.runs(effects, count)] for effects in (before, after))
     return changes(validator, then[0], first[1:], first[0])
 
 
-def disagreement(validator: Validator, before: Sequence[Effect], after: Sequence[Effect]) -> str | None:
-    """Why what is added from ``before`` to ``after`` does not act where the gap of ``before`` lies; None if it does."""
+def disagreement(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Why ``effect``, which ``after`` has and ``before`` has not, does not act where the gap of ``before`` lies.
+
+    None if it does.
+    """
     limit = validator.evidence.config.agreement
     gap, left, does = against(validator, before), against(validator, after), done_by(validator, before, after)
     acts = does.whole
     for k, kind in enumerate(KINDS):
-        if acts[k] < limit.acts * acts.sum():
-            continue
+        answers = k == ALL or (kind in effect.kinds and acts[k] >= limit.acts * acts[:ALL].sum())
         whole = max(float(gap.whole[k]), 1e-12)
         axis = int(np.argmin(_cost(validator) - gap.varies[k] / whole))
-        name = validator.evidence.axes[axis].name.replace("_", " ")
-        varies = float(gap.varies[k, axis])
+        varies, name = float(gap.varies[k, axis]), validator.evidence.axes[axis].name.replace("_", " ")
+        if not answers or (k == ALL and varies < limit.all_along * whole):
+            continue
         if varies > limit.uniform * whole:
             share = max(float(left.varies[k, axis]), 0.0) / varies
             if share > limit.left_along:
-                return f"leaves {share:.0%} of how the {_WORDS[kind]} change along {name}"
+                return f"leaves {share:.0%} of how {_WORDS[kind]} change along {name}"
         elif (share := float(left.whole[k]) / whole) > limit.left_of_uniform:
             return f"leaves {share:.0%} of the {_WORDS[kind]}"
-    if does.together > acts.sum() and gap.together > 0 and left.together > limit.left_along * gap.together:
+    if effect.kinds[0] == "correlation" and left.together > limit.left_along * gap.together:
         return f"leaves {left.together / gap.together:.0%} of how errors go together"
     return None
 
@@ -106,7 +112,7 @@ def _cost(validator: Validator) -> Floats:
 
 
 def _by_axis(validator: Validator, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """(3, axes) the mean difference of each kind, and what changes from cell to cell, both squared [bits]."""
+    """(4, axes) the mean difference of each kind, and what changes from cell to cell, both squared [bits]."""
     evidence = validator.evidence
     mean, varies = np.zeros((2, len(KINDS), len(evidence.axes)))
     bins = int(histograms.BINS[histograms.ERROR])
@@ -122,8 +128,12 @@ def _by_axis(validator: Validator, x: Floats, y: Floats) -> tuple[Floats, Floats
         weight = a.sum(axis=1) / a.sum()
         values = _scaled(a, b)
         middle = values @ weight
-        mean[:, number] = middle**2
-        varies[:, number] = ((values - middle[:, None]) ** 2) @ weight
+        mean[:ALL, number] = middle**2
+        varies[:ALL, number] = ((values - middle[:, None]) ** 2) @ weight
+        apart = np.sqrt(a / a.sum(axis=1, keepdims=True)) - np.sqrt(b / b.sum(axis=1, keepdims=True))
+        usual = weight @ apart
+        mean[ALL, number] = (usual**2).sum()
+        varies[ALL, number] = weight @ ((apart - usual) ** 2).sum(axis=1)
     return mean, varies
 
 

@@ -11,7 +11,7 @@ from depthsim.gap.depth.fit.agreement import disagreement
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, polish, refine, start
 from depthsim.gap.depth.fit.validate import Validator
-from depthsim.sensor.effect import Effect
+from depthsim.sensor.effect import Effect, effect_class
 
 Say = Callable[[str], None]
 
@@ -52,9 +52,10 @@ class Search:
         """The model with its gap on the frames held out."""
         return Trial(model, self.validator.quick(model.build(self.base), self.config.fit.runs) - self._chance)
 
-    def disagreement(self, before: Model, after: Model) -> str | None:
-        """Why what is added from one model to another does not act where the gap lies that the first leaves."""
-        return disagreement(self.validator, before.build(self.base), after.build(self.base))
+    def disagreement(self, model: Model, number: int) -> str | None:
+        """Why one part of a model does not act where the gap lies that the others leave; None if it does."""
+        before, after = model.less(number).build(self.base), model.build(self.base)
+        return disagreement(self.validator, effect_class(model.parts[number].effect), before, after)
 
     def step(self, so_far: Model | None, earlier: Sequence[Trial] = ()) -> list[Trial]:
         """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out.

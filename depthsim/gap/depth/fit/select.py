@@ -86,11 +86,10 @@ def _grow(search: Search, chain: _Chain, score: Score) -> float:
 
 def _first_supported(search: Search, chain: _Chain, leaders: Sequence[Trial], gap: float, score: Score) -> Trial | None:
     """The leader that closes most of those that close enough and act where the gap lies."""
-    so_far = chain.model or Model((), np.empty(0))
     left = list(leaders)
     while left and _closes_enough(search, gap, left, score, first=chain.model is None):
         best = left.pop(0)
-        why = search.disagreement(so_far, best.model)
+        why = search.disagreement(best.model, len(best.model.parts) - 1)
         if why is None:
             return best
         chain.refuse(best.newest.effect, (gap - best.gap) / search.whole, why)
@@ -140,7 +139,7 @@ def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:
     """The causes that close something, and act where the gap lies that the others leave."""
     while len(model.parts) > 1:
         shares = credit(search.validator, search.base, model)
-        reasons = [search.disagreement(model.less(k), model) for k in range(len(model.parts))]
+        reasons = [search.disagreement(model, k) for k in range(len(model.parts))]
         wrong = [k for k, why in enumerate(reasons) if why is not None]
         least = int(np.argmin(shares))
         if shares[least] < search.config.significance.faint * search.floor:

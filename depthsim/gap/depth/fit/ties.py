@@ -34,7 +34,7 @@ def compare_rivals(
             if mine is None or name in taken or name in equals or rival.gap - mine.gap > reach:
                 continue
             other = _instead(search, model, cause, rival)
-            if search.disagreement(_without(other.model, name), other.model) is not None:
+            if search.disagreement(other.model, _number(other.model, name)) is not None:
                 continue
             if other.gap < gap - limit.tied * search.whole:
                 search.say(f"{name} in place of {cause}")
@@ -60,8 +60,8 @@ def _found_as(
     return (), None, np.inf
 
 
-def _without(model: Model, effect: str) -> Model:
-    return model.less([part.effect for part in model.parts].index(effect))
+def _number(model: Model, effect: str) -> int:
+    return [part.effect for part in model.parts].index(effect)
 
 
 def _instead(search: Search, model: Model, cause: str, rival: Trial) -> Trial:
