@@ -41,8 +41,8 @@ def diagnose(
         raise InputError("diagnose", "", f"has {len(runs)} runs", "give a recording, or two to be compared")
     for name in without or []:
         if name not in effect_ids():
-            problem, mend = f"there is no effect {name!r}", f"the effects are {', '.join(effect_ids())}"
-            raise InputError("--without", name, problem, mend)
+            problem, fix = f"there is no effect {name!r}", f"the effects are {', '.join(effect_ids())}"
+            raise InputError("--without", name, problem, fix)
     check_report_folder(out)
     known = load_materials(materials)
     place = _scene(scene, runs[0], parse_tags(tag), units, up, known)

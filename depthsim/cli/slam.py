@@ -47,8 +47,8 @@ def slam(
         for name in system:
             _run(there, name, folder)
     else:
-        mend = "add --with open3d-slam, open3d-odometry or kiss-icp, or --estimate FILE"
-        raise InputError("slam", "", "does not say which system", mend)
+        fix = "add --with open3d-slam, open3d-odometry or kiss-icp, or --estimate FILE"
+        raise InputError("slam", "", "does not say which system", fix)
 
 
 def _score_file(run: "Run", file: Path, out: Path) -> None:

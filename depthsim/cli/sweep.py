@@ -24,7 +24,7 @@ def sweep(
         str | None, typer.Option(metavar="ADDRESS", help="A Ray cluster: host:port, auto, or local for this machine's.")
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Tell runs, frames, bytes and time.")] = False,
-    check: Annotated[bool, typer.Option("--check", help="Look through whole runs, too, and mend them.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Look through whole runs, too, and repair them.")] = False,
 ) -> None:
     """Make every scene x trajectory x profile x seed x draw of a file as a run.
 
@@ -67,10 +67,10 @@ def sweep(
 
 def _told(out: str, done: "Progress", seconds: float) -> str:
     rate = f" in {seconds:.1f} s, {done.frames_made / seconds:.1f} frames/s" if done.frames_made else ""
-    mended = f"; {done.repaired} were damaged and are mended" if done.repaired else ""
+    repaired = f"; {done.repaired} were damaged and are repaired" if done.repaired else ""
     lost = f"; {done.lost} workers died and were replaced" if done.lost else ""
     made = f"{done.runs_made} made now ({done.frames_made} frames{rate})"
-    return f"{out}: {done.whole} of {done.runs} runs are whole, {made}{mended}{lost}"
+    return f"{out}: {done.whole} of {done.runs} runs are whole, {made}{repaired}{lost}"
 
 
 class _Bar:

@@ -187,6 +187,6 @@ def load_vehicle(choice: str | Path | Vehicle) -> Vehicle:
     if str(choice).lower() in vehicle_names():
         path = _FOLDER / f"{str(choice).lower()}.yaml"
     elif path.suffix.lower() not in (".yaml", ".yml"):
-        mend = f"name one of {', '.join(vehicle_names())}, or give a vehicle.yaml"
-        raise InputError(str(choice), "", "is no vehicle", mend)
+        fix = f"name one of {', '.join(vehicle_names())}, or give a vehicle.yaml"
+        raise InputError(str(choice), "", "is no vehicle", fix)
     return read_model(Vehicle, path, "a vehicle.yaml")

@@ -125,8 +125,8 @@ def fit_curve(curve: Curve, *, floor: float | None = PAPER_FLOOR, spread: Spread
     prefix = "" if spread == "spatial" else "temporal_"
     stds, counts = curve.column(f"{prefix}std"), curve.column(f"{prefix}count")
     if not (np.isfinite(stds) & (counts > 1)).all():
-        mend = "record several frames at each distance, the camera at rest, or use the spatial std"
-        raise InputError(curve.source, "", f"{curve.tag} has no temporal std at every distance", mend)
+        fix = "record several frames at each distance, the camera at rest, or use the spatial std"
+        raise InputError(curve.source, "", f"{curve.tag} has no temporal std at every distance", fix)
     return fit_points(curve.column("distance"), stds, counts, floor=floor, tag=curve.tag, source=curve.source)
 
 

@@ -63,8 +63,8 @@ def measure_run(run: Run, scene: Scene, *, width: float = 0.1, most_incidence: f
         )
         points.setdefault(tag, []).append(point)
     if not points:
-        mend = "check the scene, the poses and the masks"
-        raise InputError(run.path, "", "no material is seen by enough depths to measure its noise", mend)
+        fix = "check the scene, the poses and the masks"
+        raise InputError(run.path, "", "no material is seen by enough depths to measure its noise", fix)
     return [
         Curve(scene.tags[tag], run.path.resolve().name, tuple(found), _too_few(left_out.get(tag, 0)), focal_baseline)
         for focal_baseline in [run.camera.focal_baseline]

@@ -95,7 +95,7 @@ def clean(raw: RawMesh, path: Path, place: str = "") -> Mesh:
         bad = int(infinite[0])
         others = f", as are {len(infinite) - 1} others" if len(infinite) > 1 else ""
         problem = f"is not finite ({' '.join(str(x) for x in vertices[bad])}){others}"
-        raise InputError(path, f"{place} vertex {bad + 1}".strip(), problem, "mend or remove it and the faces on it")
+        raise InputError(path, f"{place} vertex {bad + 1}".strip(), problem, "correct or remove it and the faces on it")
     kept = _has_area(vertices, faces)
     if not kept.any():
         raise InputError(path, place, f"not one of its {len(faces)} faces has an area", "export the mesh again")

@@ -102,8 +102,8 @@ class Sensor:
         places += [("sensor profile", effect.id, tag) for effect in self.effects for tag in effect.material_tags]
         for file, place, tag in places:
             if tag not in self.materials:
-                mend = f"the tags are {', '.join(self.materials.tags)}"
-                raise InputError(file, place, f"there is no material {tag!r}", mend)
+                fix = f"the tags are {', '.join(self.materials.tags)}"
+                raise InputError(file, place, f"there is no material {tag!r}", fix)
 
     def measure(
         self,

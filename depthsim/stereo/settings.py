@@ -168,6 +168,6 @@ def split_camera(value: Any, path: Path) -> tuple[Any, ActiveStereo | None]:
     stereo = validate(ActiveStereo, parts, path, "camera")
     preset = rest.pop("preset", None)
     if preset is not None and rest:
-        mend = "write either preset or the keys of camera.yaml"
-        raise InputError(path, f"camera.{next(iter(rest))}", "stands beside preset", mend)
+        fix = "write either preset or the keys of camera.yaml"
+        raise InputError(path, f"camera.{next(iter(rest))}", "stands beside preset", fix)
     return preset if preset is not None else rest or None, stereo

@@ -163,7 +163,9 @@ class Pool:
         if not worker.ready:
             self._stillborn += 1
             if self._stillborn > _STILLBORN + len(self._workers):
-                raise InputError("worker", "", f"does not start ({words or _death(worker)})", "mend what it tells")
+                raise InputError(
+                    "worker", "", f"does not start ({words or _death(worker)})", "fix the reason given there"
+                )
         self._start()
         return [
             lost(job.run, _death(worker)) if place == 0 and worker.ready else Event("back", job.run)

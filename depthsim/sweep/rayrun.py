@@ -65,8 +65,8 @@ def _connect(ray: Any, keys: dict[str, Any]) -> None:
             ray.shutdown()
             if not left:
                 problem = f"no cluster ({' '.join(str(error).split())[:200]})"
-                mend = "give the address of a cluster that runs, or leave `address` out"
-                raise InputError(f"`address` {keys['address']}", "", problem, mend) from None
+                fix = "give the address of a cluster that runs, or leave `address` out"
+                raise InputError(f"`address` {keys['address']}", "", problem, fix) from None
 
 
 class RayMakers:

@@ -39,7 +39,7 @@ class Motion(BaseModel, ABC):
 
     @abstractmethod
     def sample(self, stamps: Floats, name: str = "trajectory") -> Trajectory:
-        """The exact poses at ``stamps`` [s]. Raises ValueError, as "problem; mend", where there is no such pose."""
+        """The exact poses at ``stamps`` [s]. Raises ValueError, as "problem; fix", where there is no such pose."""
 
 
 class Moving(Motion):

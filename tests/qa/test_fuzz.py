@@ -79,7 +79,7 @@ def test_what_is_wrong_is_counted():
         raise KeyError("x")
 
     def told() -> None:
-        raise InputError("a.yaml", "line 1", "is broken", "mend it")
+        raise InputError("a.yaml", "line 1", "is broken", "correct it")
 
     def endless() -> None:
         while True:

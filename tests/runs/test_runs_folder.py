@@ -274,4 +274,4 @@ def test_a_broken_run_is_one_clear_line(run, change, file, problem):
     assert line.startswith(str(run / file))
     assert re.search(problem, line)
     assert "\n" not in line
-    assert error.value.mend
+    assert error.value.fix

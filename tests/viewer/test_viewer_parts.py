@@ -181,7 +181,7 @@ def test_a_job_that_fails_is_told_in_one_line_and_the_next_one_is_done(capsys: p
     worker = Worker(lambda _: None, lambda kind, line: told.append((kind, line)))
 
     def bad() -> None:
-        raise InputError("file", "line 3", "is bad", "mend it")
+        raise InputError("file", "line 3", "is bad", "correct it")
 
     worker.ask("frame", bad)
     while not told:
@@ -191,7 +191,7 @@ def test_a_job_that_fails_is_told_in_one_line_and_the_next_one_is_done(capsys: p
     while len(told) < 3:
         time.sleep(0.01)
     worker.close()
-    assert told[:2] == [("frame", "file: line 3: is bad; mend it"), ("frame", "")]
+    assert told[:2] == [("frame", "file: line 3: is bad; correct it"), ("frame", "")]
     assert told[2][0] == "other"
     assert "ZeroDivisionError" in told[2][1]
     assert "\n" not in told[2][1]

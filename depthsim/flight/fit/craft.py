@@ -52,8 +52,8 @@ def _weighed(logs: Sequence[FlightLog]) -> float:
     masses = []
     for log in logs:
         if log.total_thrust is None:
-            mend = "give `mass` or `choice`: without thrust in N a log shows force over mass alone"
-            raise InputError(log.source, "", "does not tell the mass", mend)
+            fix = "give `mass` or `choice`: without thrust in N a log shows force over mass alone"
+            raise InputError(log.source, "", "does not tell the mass", fix)
         motion = motion_of(log)
         total = motion.log.total_thrust
         assert total is not None
