@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 class InputError(Exception):
-    """Bad input, told in one line: ``FILE: PLACE: PROBLEM; FIX``.
+    """Bad input, reported in one line: ``FILE: PLACE: PROBLEM; FIX``.
 
     The command line prints the line and exits with status 2; a library caller catches it like any exception.
     ``place`` may be empty where the whole file is meant. Arguments of functions are named in back quotes, as in

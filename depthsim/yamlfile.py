@@ -1,4 +1,4 @@
-"""Reading YAML into pydantic models, with every fault told as one line that names the file, the place and the fix."""
+"""Reading YAML into pydantic models, every fault in one line that names the file, the place and the fix."""
 
 import json
 from pathlib import Path
@@ -132,7 +132,7 @@ def read_mapping(path: Path, what: str) -> dict[str, Any]:
 
 
 def validate(model: type[Model], value: Any, path: Path, place: str = "") -> Model:
-    """``value`` as ``model``; the first thing that does not fit is told, with its place in the file."""
+    """``value`` as ``model``; the first thing that does not fit is reported, with its place in the file."""
     try:
         return model.model_validate(value)
     except ValidationError as error:

@@ -33,7 +33,7 @@ STAGES = {
     Stage.DISPARITY: "systematic errors of the disparity",
     Stage.NOISE: "random errors of disparity or depth",
     Stage.MIXING: "depths that come from a neighbour's surface, and the steps of the chip",
-    Stage.MISSING: "depths that are not returned",
+    Stage.MISSING: "pixels that become holes",
     Stage.PROCESSING: "what is done to the finished picture",
 }
 BEGIN, END = "<!-- effects -->", "<!-- end -->"
@@ -48,7 +48,7 @@ With a parameter at its neutral value an effect changes not one bit (where sever
 
 Each picture shows one effect alone on a frame of the office, 424x240. On the left is the measured depth, near is blue;
 on the right the error of the disparity, red where it is too large (too near) and blue where it is too small, in full
-colour from the figure in its corner on. Black is no return.
+colour from the figure in its corner on. Black is a hole.
 """
 
 
@@ -86,7 +86,9 @@ def entry(kind: type[Effect]) -> str:
         cells = [f"`{name}`", number(one.default), low, high, neutral + ("*" if alone else ""), one.unit]
         rows.append("| " + " | ".join([*cells, one.about, one.source]) + " |")
     along = both([axis.replace("_", " ") for axis in kind.axes]) if kind.axes else "no axis, alike everywhere"
-    text.append(f"Makes a gap of {both(kind.kinds)} along {along}. What tells it apart: {kind.recording}.\n")
+    text.append(
+        f"Makes a gap of {both(kind.kinds)} along {along}. What to record to distinguish it: {kind.recording}.\n"
+    )
     return "\n".join([*text, *rows, "", f"Source: {kind.source}.\n"])
 
 

@@ -188,7 +188,7 @@ noise.
 
 A run's poses are those of the camera's optical frame: x right, y down, z forward. `depthsim import` finds the way there
 by tf where a topic names the frame that its poses are of. A `PoseStamped`, as motion capture gives it, names none, and
-is taken for the camera's with a line that says so; `--mount x,y,z,qx,qy,qz,qw` says where the camera is in the frame of
+is read as the camera's with a line that says so; `--mount x,y,z,qx,qy,qz,qw` says where the camera is in the frame of
 the poses, in metres and a unit quaternion: the pose of the camera is (pose of the body) * (mount). It applies to a
 topic (in place of tf), to a TUM file and to groundtruth.txt, and to poses from tf (there in the frame of the depth
 images). A camera that looks along the x axis of its body is `--mount 0,0,0,-0.5,0.5,-0.5,0.5`. The distortion of a
@@ -214,7 +214,7 @@ and shift of the camera against the poses, too.
 At equal focal length the colour camera's centre fits better than the driver's, however poses and stamps are refined,
 and the colour camera's calibration better with its distortion than without. So that is what `import` takes for
 freiburg1; likewise for freiburg2, the same kind of camera and driver, and freiburg3, whose distortion the page gives
-as zero, though no frames of these were measured. What the frames do not tell: whether depth is bent just so, as the
+as zero, though no frames of these were measured. What the frames leave open: whether depth is bent just so, as the
 nearest pinhole does about as well; left free, the focal length goes to 547 px and the camera back by 6 cm. Depth stamps
 18 ms late and a camera turned by 2 degrees are the recording's own errors, and stay in the run. `--camera` takes
 another calibration.
@@ -239,7 +239,7 @@ size, and the size that 95 % stay below.
 What such a scene hides: a bias that all views of a surface share. A wrong baseline or focal length, a wrong depth
 scale, a disparity offset seen from one range only, or a warp that stays with the pixel while the camera looks from one
 side, moves the mesh along with the depth and is gone from their difference. An error of the poses goes into the mesh as
-blur, and is then taken for noise of the camera. What it shows: all that differs between views, such as noise and its
+blur, and is then read as noise of the camera. What it shows: all that differs between views, such as noise and its
 growth with range, holes, quantisation, edges, drift over time, correlation, and a bias that depends on range or
 incidence where surfaces were seen from several. For the rest, put something of known size into the scene.
 """

@@ -105,7 +105,7 @@ def _compare(
 def _scene(
     choice: str | None, run: Path, tags: dict[str, str], units: str | None, up: str | None, materials: "Materials"
 ) -> "str | Scene | None":
-    """The scene, loaded here where there is more to tell of it than its name."""
+    """The scene, loaded here where there is more to give of it than its name."""
     from depthsim.runs import Run
     from depthsim.scenefile import load_scene
 

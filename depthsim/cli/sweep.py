@@ -82,10 +82,10 @@ class _Bar:
 
         console = Console(stderr=True)
         self._bar = Progress(
-            TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[told]}"),
+            TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[state]}"),
             TimeRemainingColumn(), console=console, disable=not console.is_terminal, transient=True,
         )  # fmt: skip
-        self._task = self._bar.add_task("", total=None, told="")
+        self._task = self._bar.add_task("", total=None, state="")
         self._bar.start()
         self._begin = time.monotonic()
         return self
@@ -96,5 +96,5 @@ class _Bar:
     def __call__(self, progress: "Progress") -> None:
         rate = progress.frames_made / max(time.monotonic() - self._begin, 1e-9)
         failed = f", {progress.failed} failed" if progress.failed else ""
-        told = f"{rate:.1f} frames/s{failed}"
-        self._bar.update(self._task, completed=progress.whole + progress.failed, total=progress.runs, told=told)
+        state = f"{rate:.1f} frames/s{failed}"
+        self._bar.update(self._task, completed=progress.whole + progress.failed, total=progress.runs, state=state)

@@ -1,4 +1,4 @@
-"""Tables of numbers as CSV: columns found by name, every fault told with its line and column."""
+"""Tables of numbers as CSV: columns found by name, every fault reported with its line and column."""
 
 import csv
 import math

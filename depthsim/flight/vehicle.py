@@ -123,7 +123,7 @@ class Vehicle(_Part):
 
     @property
     def radius(self) -> float:
-        """Of the sphere around everything [m]: the tips of the propellers, unless told otherwise."""
+        """Of the sphere around everything [m]: the tips of the propellers, unless given otherwise."""
         return self.body_radius or self.rotors.arm + self.rotors.radius
 
     @property

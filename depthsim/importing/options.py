@@ -1,4 +1,4 @@
-"""What an importer can be told, and what it tells."""
+"""What an importer can be given, and what it reports."""
 
 import math
 import os

@@ -28,7 +28,7 @@ class MaterialFit:
 
     m: [1/m], with its 95 % confidence interval. floor: [m]; its interval is None where it was held fixed. Both
     intervals count the scatter of the points about the curve. They hold for the law: where another law is the better
-    one, they only tell of the best curve through these distances.
+    one, they only describe the best curve through these distances.
     n: points. span: nearest and farthest distance [m].
     law, quadratic: the paper's law, and std = k·d², the noise of a stereo camera with a constant disparity error.
     """

@@ -71,8 +71,8 @@ def read_mesh(path: Path) -> Mesh:
     except InputError:
         raise
     except Exception as error:  # whatever a parser throws on garbage
-        told = str(error).strip().split("\n")[0][:100] or "no reason given"
-        problem = f"is not a readable {path.suffix[1:].upper()} file ({type(error).__name__}: {told})"
+        reason = str(error).strip().split("\n")[0][:100] or "no reason given"
+        problem = f"is not a readable {path.suffix[1:].upper()} file ({type(error).__name__}: {reason})"
         raise InputError(path, "", problem, "export it again, or as another of " + ", ".join(SUFFIXES)) from None
     return clean(raw, path)
 

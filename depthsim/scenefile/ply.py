@@ -50,7 +50,7 @@ def read_ply(path: Path, data: bytes) -> RawMesh:
         tables[element.name], offset = _read(path, element, body, order, offset)
     if body[offset:].strip(b"\r\n\t \0"):
         fix = "correct its header, or write the file again"
-        raise InputError(path, "", "holds more than its header tells", fix)
+        raise InputError(path, "", "holds more than its header says", fix)
     vertices = _positions(path, tables.get("vertex", {}))
     faces, polygon = _faces(path, tables, vertices)
     table = tables.get("face", {})

@@ -66,7 +66,7 @@ class Effect(BaseModel):
     kinds: ClassVar[tuple[Kind, ...]]
     """of gap that it makes, its own first and then those that it may look like"""
     recording: ClassVar[str]
-    """what to record to tell it from others"""
+    """what to record to distinguish it from others"""
     rank: ClassVar[int] = 0
     """the order within a stage; effects of one rank act in the order of their ids"""
     needs_right: ClassVar[bool] = False

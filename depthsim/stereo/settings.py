@@ -155,7 +155,7 @@ class ActiveStereo(_Part):
 
 
 def split_camera(value: Any, path: Path) -> tuple[Any, ActiveStereo | None]:
-    """A profile's `camera`, parted into what tells the camera and what active stereo is made of, if it is that.
+    """A profile's `camera`, parted into what describes the camera and what active stereo is made of, if it is that.
 
     `{sensor: active_stereo}` may hold the keys of camera.yaml, or `preset: d435`, or neither.
     """

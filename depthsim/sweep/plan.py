@@ -1,7 +1,7 @@
-"""A sweep that is settled to the last value: all that a worker on any machine needs, as plain JSON.
+"""A sweep that is fixed to the last value: all that a worker on any machine needs, as plain JSON.
 
 The plan holds no list of runs. Run ``k`` is worked out from ``k``, so that a plan of a million runs is as small as one
-of ten, and workers are told numbers.
+of ten, and workers are given numbers.
 """
 
 import hashlib

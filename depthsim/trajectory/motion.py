@@ -48,7 +48,7 @@ class Moving(Motion):
     speed: FiniteFloat = Field(gt=0, description="along the path [m/s]")
     ease: bool = Field(False, description="start and stop smoothly, over one second each")
     look_at: Points | None = Field(None, description="the point that the camera looks at [m]")
-    heading: Literal["tangent"] | None = Field(None, description="where it looks without look_at; tangent if not told")
+    heading: Literal["tangent"] | None = Field(None, description="where it looks without look_at; tangent if left out")
     pitch: FiniteFloat = Field(0, ge=-90, le=90, description="the view against the heading [deg], negative looks down")
 
     @model_validator(mode="after")

@@ -78,5 +78,5 @@ def test_as_open3d_loads(delay: float) -> None:
         assert process.stdout.readline() == "loads\n"
         time.sleep(delay)
         process.send_signal(signal.SIGINT)
-        told = process.communicate(timeout=60)
-    assert (process.returncode, *told) == (130, "", "")
+        reported = process.communicate(timeout=60)
+    assert (process.returncode, *reported) == (130, "", "")

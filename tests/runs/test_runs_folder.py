@@ -79,7 +79,7 @@ def test_everything_comes_back(whole):
     assert run.has("clean") and run.has("rgb") and not run.has("mask")
 
 
-def test_a_normal_is_told_within_half_a_degree():
+def test_a_normal_is_kept_within_half_a_degree():
     normals = np.random.default_rng(0).standard_normal((200, 200, 3)).astype(np.float32)
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     back = decode_normals(encode_normals(normals))

@@ -168,7 +168,7 @@ def one_line(error: pytest.ExceptionInfo[InputError]) -> str:
 
 
 @pytest.mark.parametrize(("text", "problem", "fix"), BROKEN)
-def test_a_broken_profile_is_told_in_one_line(tmp_path: Path, text: str | bytes, problem: str, fix: str) -> None:
+def test_a_broken_profile_is_reported_in_one_line(tmp_path: Path, text: str | bytes, problem: str, fix: str) -> None:
     path = write(tmp_path, text)
     with pytest.raises(InputError) as error:
         load_profile(path)
@@ -206,7 +206,9 @@ VALUES = st.recursive(
 
 @settings(max_examples=150, deadline=None)
 @given(VALUES)
-def test_whatever_a_profile_holds_it_loads_or_is_told(tmp_path_factory: pytest.TempPathFactory, value: object) -> None:
+def test_whatever_a_profile_holds_it_loads_or_is_reported(
+    tmp_path_factory: pytest.TempPathFactory, value: object
+) -> None:
     path = write(tmp_path_factory.mktemp("profile"), yaml.safe_dump({"effects": [value], "name": "x"}))
     for text in (path.read_text(), yaml.safe_dump(value)):
         try:
@@ -234,7 +236,9 @@ MATERIALS = [
 
 
 @pytest.mark.parametrize(("text", "problem", "fix"), MATERIALS)
-def test_a_broken_materials_file_is_told_in_one_line(tmp_path: Path, text: str | bytes, problem: str, fix: str) -> None:
+def test_a_broken_materials_file_is_reported_in_one_line(
+    tmp_path: Path, text: str | bytes, problem: str, fix: str
+) -> None:
     path = write(tmp_path, text, "materials.yaml")
     with pytest.raises(InputError) as error:
         load_materials(path)

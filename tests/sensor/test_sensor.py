@@ -95,7 +95,7 @@ def test_effects_act_in_the_order_of_their_stages(caster: Caster) -> None:
         effect_class("gremlins")
 
 
-def test_a_tag_that_is_no_material_is_told() -> None:
+def test_a_tag_that_is_no_material_is_reported() -> None:
     caster = Caster(strips(2.0, camera()))
     few = Materials.model_validate({"cement": {"m": 0.3}, "plastic": {"m": 0.3}})
     with pytest.raises(InputError, match="test: there is no material 'formboard'; the tags are cement, plastic"):

@@ -66,7 +66,7 @@ class MinRange(Effect):
     source: ClassVar[str] = "RealSense D400 series datasheet, document 337029, table Minimum-Z Depth"
     axes = ("range",)
     kinds = ("missing",)
-    recording = "one material in to ranges where returns are lost"
+    recording = "one material in to ranges where holes begin"
     forms = ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0})
     shown: ClassVar = {"depth": 1.5}
 
@@ -101,7 +101,7 @@ class MaxRange(Effect):
     source: ClassVar[str] = "product brief of the D400 series: maximum range approximately 10 m"
     axes = ("range",)
     kinds = ("missing",)
-    recording = "one material out to ranges where returns are lost"
+    recording = "one material out to ranges where holes begin"
     forms = ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0})
     shown: ClassVar = {"depth": 3.5}
 

@@ -131,10 +131,10 @@ BROKEN: dict[str, Broken] = {
     "binary PLY cut off": Broken(
         "b.ply", _ply("binary_little_endian", _TRIANGLE + b"\3\0"), ("element face", "ends before", "again")
     ),
-    "PLY with more than told": Broken(
+    "PLY with more than reported": Broken(
         "m.ply",
         PLY.format("ascii") + "0 0 0 1 0 0 0 1 0\n3 0 1 2\n3 0 1 2\n",
-        ("more than its header tells", "correct"),
+        ("more than its header says", "correct"),
     ),
     "PLY index out of range": Broken(
         "i.ply", PLY.format("ascii") + "0 0 0 1 0 0 0 1 0\n3 0 1 7\n", ("face 1", "vertex 7", "there are 3", "export")
