@@ -164,6 +164,13 @@ def page(table: Table, noise: dict[tuple[str, str], float], meshes: list[str]) -
 
 Made by `docs/slam.py`; do not edit the figures.
 
+    depthsim slam office_run --with open3d-slam --with open3d-odometry --with kiss-icp    # ATE, RPE, drift, by evo
+    depthsim slam office_run --estimate CameraTrajectory.txt    # any other system's TUM file
+    depthsim slam office_run --sweep --profiles clean,paper,d435,active_stereo --speeds 1,2
+
+The last one makes the run again with other sensors and speeds and draws error over noise. Outside of `./run`,
+`pip install '.[slam]'` brings the systems and evo.
+
 ## How error follows noise
 
 The first {FRAMES / 30:g} s ({FRAMES} frames at 30 Hz) of the default trajectories, {SIZE[0]}x{SIZE[1]}, geometry of a
@@ -179,10 +186,6 @@ nearly lost goes one way or another: four runs of open3d-odometry on the office'
 
 The noise of the depth nearer than {DEPTH_RANGE:g} m (1.4826 times the median of |depth - clean|) is, in mm, for
 {" / ".join(SCENES)}: {level}.
-
-`depthsim slam RUN --with SYSTEM` makes one line of this, `depthsim slam RUN --estimate FILE` scores the trajectory of
-any other system, and `depthsim slam RUN --sweep` makes the run again with other sensors and speeds and draws error over
-noise.
 
 ## Importing: what the poses are of, and which calibration
 

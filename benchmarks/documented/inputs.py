@@ -99,7 +99,7 @@ def camera(path: Path) -> None:
 
 
 INPUTS: dict[str, Callable[[Path], None]] = {
-    r"recording(_[ab])?|RUN|A|B": recording,
+    r"recording(_[ab])?|office_run|RUN|A|B": recording,
     r"viewer\.bag": bag,
     r"CameraTrajectory\.txt|FILE": estimate,
     r"sponza\.glb": mesh,

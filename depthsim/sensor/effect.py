@@ -42,8 +42,10 @@ class Stage(IntEnum):
     """random errors of disparity or depth"""
     MIXING = 4
     """depths that come from a neighbour's surface"""
+    HOLES = 5
+    """pixels that become holes"""
     MISSING = 5
-    """depths that are not returned"""
+    """the former name of HOLES, for effects that were written by it"""
     PROCESSING = 6
     """what the camera does to the finished picture"""
 

@@ -90,7 +90,8 @@ def test_effects_act_in_the_order_of_their_stages(caster: Caster) -> None:
     stages = [effect_class(effect_id).stage for effect_id in ids]
     assert stages == sorted(stages)
     assert ids.index("material_noise") < ids.index("fill_rate")
-    assert Stage.DISPARITY < Stage.NOISE < Stage.MISSING < Stage.PROCESSING
+    assert Stage.DISPARITY < Stage.NOISE < Stage.HOLES < Stage.PROCESSING
+    assert Stage["MISSING"] is Stage.HOLES, "effects of other people's have the former name"
     with pytest.raises(KeyError):
         effect_class("gremlins")
 

@@ -65,7 +65,7 @@ class IncidenceDropout(Effect):
     """
 
     id: ClassVar[str] = "incidence_dropout"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = "form assumed: linear in the cosine, as the light is that a matt surface catches"
     axes = ("incidence", "surface")
     kinds = ("missing",)
@@ -106,7 +106,7 @@ class RangeDropout(Effect):
     """Holes that grow with range: chance = rate · (z - start) beyond ``start``, z the true depth."""
 
     id: ClassVar[str] = "range_dropout"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = "form assumed: linear; the projector's light falls off with the square of the range"
     axes = ("range",)
     kinds = ("missing",)
@@ -150,7 +150,7 @@ class MaterialDropout(Effect):
     """
 
     id: ClassVar[str] = "material_dropout"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = "form assumed: what scatters little of the projector's light shows no pattern to match"
     axes = ("material", "surface")
     kinds = ("missing",)
@@ -211,7 +211,7 @@ class SpecularDropout(Effect):
     """
 
     id: ClassVar[str] = "specular_dropout"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = "form assumed: a lobe about the mirror direction, where the imager saturates"
     axes = ("incidence", "material", "surface")
     kinds = ("missing",)
