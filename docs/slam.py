@@ -224,7 +224,7 @@ another calibration.
 
 ## A scene from a recording
 
-`depthsim reconstruct RUN` fuses depth into a mesh (`scene.yaml`, `scene.ply`) and writes `mask/`: where the mesh was
+`depthsim reconstruct` fuses a run's depth into a mesh (`scene.yaml`, `scene.ply`) and writes `mask/`: where it was
 seen by {LEAST_VIEWS} frames or more, not at a grazing angle, and farther than the truncation distance from every edge.
 Then the run can be compared with a scene although there is no CAD model. Poses are the run's, `--poses FILE`, or those
 of open3d-odometry. Open3D's fusion takes whole pixel coordinates for corners, and all else takes them for centres; both

@@ -106,7 +106,7 @@ class Clone:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
-        if "does not provide the extra" in said:
+        if re.search(r"depthsim \S+ does not provide the extra", said):  # what packages of others lack is their own
             return said.strip()
         return "" if process.returncode == 0 else f"exit status {process.returncode}: {said.strip()[-1500:]}"
 
