@@ -144,7 +144,7 @@ class Plan(_Planned):
         except ValueError as error:
             problem = f"is no plan of a sweep ({str(error).splitlines()[0]})"
             raise InputError(
-                file, "", problem, "give another `target`; what this target holds cannot be gone on with"
+                file, "", problem, "give another `target`; what this target holds cannot be continued"
             ) from None
 
     @cached_property
