@@ -23,9 +23,7 @@ def sweep(
     ray: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A Ray cluster: host:port, auto, or local for this machine's.")
     ] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="State runs, frames, bytes and time; make nothing.")
-    ] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="State runs, frames, bytes and time.")] = False,
     check: Annotated[bool, typer.Option("--check", help="Look through whole runs, too, and repair them.")] = False,
 ) -> None:
     """Make every scene x trajectory x profile x seed x draw of a file as a run.

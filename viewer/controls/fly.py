@@ -1,4 +1,4 @@
-"""Flying: the sensor goes where the keys take the view, or a drone carries it along a path; speed and drag are shown."""
+"""Flying: the sensor goes where the keys take the view, or a drone carries it on a path; speed and drag are shown."""
 
 import time
 from collections.abc import Callable
