@@ -109,7 +109,7 @@ def _figure(share: str) -> str:
 
 
 def table_text(table: Table) -> str:
-    """The table of docs/slam.md and the README: ATE and drift."""
+    """The table of docs/slam.md: ATE and drift."""
     lines = ["| scene | profile | " + " | ".join(SYSTEMS) + " |", "| --- " * (2 + len(SYSTEMS)) + "|"]
     for scene in SCENES:
         for profile in PROFILES:
