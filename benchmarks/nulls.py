@@ -1,10 +1,10 @@
-"""False alarms: how far recordings without a gap come out above the floor, and how many are told as a gap.
+"""False alarms: how far recordings without a gap come out above the floor, and how many are reported as a gap.
 
     ./run python benchmarks/nulls.py
 
-For every scene, number of frames and profile it simulates --runs recordings of one sensor. Each is taken for a real one
-in turn and scored against as many of the others as a diagnosis simulates, drawn anew --draws times; so
-nothing tells it from them. A diagnosis goes on to look for causes where `excess` or `excess_by_view` is above its
+For every scene, number of frames and profile it simulates --runs recordings of one sensor. Each in turn is treated as
+a real one and scored against as many of the others as a diagnosis simulates, drawn anew --draws times; so
+it differs by chance alone. A diagnosis goes on to look for causes where `excess` or `excess_by_view` is above its
 threshold (depthsim/gap/diagnose.py), and may find none: a gap is claimed no more often than is counted here.
 """
 
@@ -93,7 +93,7 @@ def main(
             found.setdefault((count, one), []).append(values)
             print(f"{name}, {count} frames, {one}: at most {values.max(axis=0).round(1)}", file=sys.stderr, flush=True)
     table = Table(
-        "frames", "profile", "scored", "excess 99 %", "most", "in a view 99 %", "most", "told as a gap", "95 %"
+        "frames", "profile", "scored", "excess 99 %", "most", "in a view 99 %", "most", "reported as a gap", "95 %"
     )
     every = [((count, one), np.concatenate(parts)) for (count, one), parts in found.items()]
     every += [((count, "all"), _of(found, count=count)) for count in sorted({count for count, _ in found})]

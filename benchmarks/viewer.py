@@ -42,7 +42,7 @@ GL.drawArrays = function (mode, first, count) {
 
 
 def measure(profile: str, points: str, seconds: float) -> tuple[float, float, str]:
-    """Frames a second, points in a frame, and what the page tells of its points, after it has found its pace."""
+    """Frames a second, points in a frame, and what the page says of its points, after it has found its pace."""
     with tempfile.TemporaryDirectory() as folder, chromium() as browser:
         stage = open_stage("office", sensor=profile)
         viewer = Viewer(lambda: stage, "benchmark", port=0, folder=Path(folder))
@@ -59,8 +59,8 @@ def measure(profile: str, points: str, seconds: float) -> tuple[float, float, st
             time.sleep(seconds)
             after, end = page.evaluate("drawn"), time.perf_counter()
             frames = after["frames"] - before["frames"]
-            told = page.get_by_text("points,").first.inner_text().splitlines()
-            line = next(line for line in told if "points," in line)
+            said = page.get_by_text("points,").first.inner_text().splitlines()
+            line = next(line for line in said if "points," in line)
             return frames / (end - begin), (after["points"] - before["points"]) / max(frames, 1), line
         finally:
             viewer.stop()
@@ -73,10 +73,10 @@ def main() -> None:
     seconds = parser.parse_args().seconds
     if why := missing():
         sys.exit(why)
-    table = Table("848x480, office", "points", "frames/s", "over the aim", "points a frame", "the page tells")
+    table = Table("848x480, office", "points", "frames/s", "over the aim", "points a frame", "the page says")
     for profile, points in (("paper", "as many as keep up"), ("d435", "as many as keep up"), ("paper", "all")):
-        rate, count, told = measure(profile, points, seconds)
-        table.add_row(profile, points, f"{rate:.1f}", f"{rate / AIM:.2f}", f"{count:,.0f}", told)
+        rate, count, said = measure(profile, points, seconds)
+        table.add_row(profile, points, f"{rate:.1f}", f"{rate / AIM:.2f}", f"{count:,.0f}", said)
     console = Console(width=150)
     console.print(machine())
     console.print(table)

@@ -228,5 +228,5 @@ def test_the_tour_shows_the_code_that_it_runs() -> None:
 
     tour = Path(depthsim.__file__).parents[1] / "docs" / "tour.py"
     parts, page = runpy.run_path(str(tour))["PARTS"], tour.with_suffix(".md").read_text(encoding="utf-8")
-    assert all(told in page and code in page for told, code in parts.items())
+    assert all(reported in page and code in page for reported, code in parts.items())
     assert sum(bool(line) for code in parts.values() for line in code.splitlines()) <= 25

@@ -114,7 +114,7 @@ def _right(what: str, group: list[Result], target: float) -> list[Count]:
 
 
 def tier_b(results: Iterable[Result]) -> list[Count]:
-    """Told as unknown, and where."""
+    """Reported as unknown, and where."""
     done = list(results)
     told = [r for r in done if r["diagnosis"]["verdict"] in ("unexplained", "partly_explained")]
     right = [r for r in told if set(axes(r)) & set(r["truth"]["right_axes"])]

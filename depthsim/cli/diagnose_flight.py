@@ -54,7 +54,7 @@ def _show(diagnosis: "Diagnosis") -> None:
     console.print(f"Gap: {words.gap_line(diagnosis)}", highlight=False)
     if diagnosis.causes:
         table = Table(
-            "cause", "closes", "fitted (95 %)", "cannot be told from", title="Causes, the one to act on first"
+            "cause", "closes", "fitted (95 %)", "indistinguishable from", title="Causes, the one to act on first"
         )
         for cause in diagnosis.causes:
             closes = f"{cause.closed_fraction:.0%}"

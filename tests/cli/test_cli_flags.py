@@ -48,10 +48,10 @@ def test_the_library_names_the_argument_and_the_command_its_flag(tmp_path: Path)
     with pytest.raises(InputError, match="by `tags` NAME=TAG or by `tags:`"):
         load_scene(mesh, materials=MATERIALS)
     words = ["generate", str(mesh), "--trajectory", "hover:position=0/0/1,duration=1", "--out", str(tmp_path / "run")]
-    told = CliRunner().invoke(app, [*words, "--units", "yard"]).exception
-    assert isinstance(told, InputError) and "--units yard: no such unit" in str(told)
-    told = CliRunner().invoke(app, words).exception
-    assert isinstance(told, InputError) and "by --tag NAME=TAG or by `tags:`" in str(told)
+    reported = CliRunner().invoke(app, [*words, "--units", "yard"]).exception
+    assert isinstance(reported, InputError) and "--units yard: no such unit" in str(reported)
+    reported = CliRunner().invoke(app, words).exception
+    assert isinstance(reported, InputError) and "by --tag NAME=TAG or by `tags:`" in str(reported)
 
 
 @pytest.mark.parametrize(

@@ -94,12 +94,12 @@ def test_a_larger_m_makes_the_wall_thicker_by_what_the_law_says(guest: Visit) ->
         distance = float(np.median(session.shown.shots[0].clean))
         law = 0.005 * np.exp(m * distance)
         until(lambda law=law: noise(session) == pytest.approx(law, rel=0.05))
-    told = 1000 * law
+    reported = 1000 * law
     guest.page.wait_for_function("text => document.body.innerText.includes('noise ')", arg="")
     line = next(
         line for line in guest.page.locator("body").inner_text().splitlines() if "noise" in line and "1σ" in line
     )
-    assert float(line.split("noise ")[1].split(" mm")[0]) == pytest.approx(told, rel=0.07)
+    assert float(line.split("noise ")[1].split(" mm")[0]) == pytest.approx(reported, rel=0.07)
 
 
 def test_scrubbing_shows_the_frame_that_is_on_disk(guest: Visit, run: Path) -> None:
@@ -203,7 +203,7 @@ def test_a_menu_takes_only_what_it_offers(guest: Visit, tmp_path: Path) -> None:
     assert "hunter2" not in guest.page.content()
 
 
-def test_a_broken_frame_is_told_in_its_one_line_and_the_page_goes_on(
+def test_a_broken_frame_is_reported_in_its_one_line_and_the_page_goes_on(
     browser: "Browser", run: Path, tmp_path: Path
 ) -> None:
     broken = tmp_path / "broken"
@@ -227,7 +227,7 @@ def test_a_broken_frame_is_told_in_its_one_line_and_the_page_goes_on(
         viewer.stop()
 
 
-def test_a_run_that_cannot_be_opened_is_told_and_opened_once_it_is_mended(
+def test_a_run_that_cannot_be_opened_is_reported_and_opened_once_it_is_fixed(
     browser: "Browser", run: Path, tmp_path: Path
 ) -> None:
     broken = tmp_path / "broken"
@@ -259,7 +259,7 @@ def test_what_takes_long_shows_progress_and_the_page_does_not_wait(guest: Visit)
     guest.page.get_by_text("measuring …").wait_for(state="hidden")
 
 
-def test_the_keys_carry_the_sensor_and_speed_and_drag_are_told(guest: Visit) -> None:
+def test_the_keys_carry_the_sensor_and_speed_and_drag_are_reported(guest: Visit) -> None:
     session = guest.open()
     guest.tab("Fly")
     guest.control("fly by keyboard").click()
