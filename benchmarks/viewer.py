@@ -22,22 +22,29 @@ from viewer import Viewer, open_stage
 AIM = 10.0
 """[frames/s]"""
 _COUNT = """
-window.drawn = {frames: 0, points: 0};
+window.drawn = {frames: 0, points: 0, draws: 0};
 const GL = WebGL2RenderingContext.prototype;
+const known = new WeakSet();
 let fresh = false;
-for (const name of ['bufferData', 'bufferSubData']) {
+for (const name of ['bufferData', 'bufferSubData', 'texImage2D', 'texSubImage2D']) {
   const plain = GL[name];
   GL[name] = function (...given) {
-    const data = given.find(item => ArrayBuffer.isView(item));
-    if (data instanceof Float32Array && data.byteLength > 60000) fresh = true;
+    const points = given.find(item => item instanceof Float32Array && item.byteLength > 60000);
+    const picture = given.find(item => item instanceof HTMLImageElement && item.width > 600);
+    const frame = points || picture;
+    if (frame && !known.has(frame)) { known.add(frame); fresh = true; }
     return plain.apply(this, given);
   };
 }
-const draw = GL.drawArrays;
-GL.drawArrays = function (mode, first, count) {
-  if (mode === this.POINTS && fresh) { fresh = false; drawn.frames += 1; drawn.points += count; }
-  return draw.call(this, mode, first, count);
-};
+for (const name of ['drawArrays', 'drawElements']) {
+  const draw = GL[name];
+  GL[name] = function (mode, first, count) {
+    if (fresh) { fresh = false; drawn.frames += 1; if (mode === this.POINTS) drawn.points += count; }
+    return draw.apply(this, arguments);
+  };
+}
+const clear = GL.clear;
+GL.clear = function (...given) { drawn.draws += 1; return clear.apply(this, given); };
 """
 
 
