@@ -94,12 +94,13 @@ def _squares(start, stop, points, colours, turn, move, lens, side, nearest):
         u = (turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z + move[0]) * per_metre + middle_u
         if u < _f(0) or u >= _f(width):
             continue
-        first, last = max(int(np.ceil(u - half - _f(0.5))), 0), min(int(np.floor(u + half - _f(0.5))), width - 1)
-        top, bottom = max(int(np.ceil(v - half - _f(0.5))), start), min(int(np.floor(v + half - _f(0.5))), stop - 1)
+        # From the first to before the last pixel whose middle is inside; unsigned, as those need no look for the sign.
+        first, last = np.uint32(max(u - half, _f(0)) + _f(0.5)), np.uint32(min(u + half + _f(0.5), _f(width)))
+        top, bottom = np.uint32(max(v - half, _f(start)) + _f(0.5)), np.uint32(min(v + half + _f(0.5), _f(stop)))
         rgb = np.uint64(colours[i, 0]) << 16 | np.uint64(colours[i, 1]) << 8 | np.uint64(colours[i, 2])
         value = np.uint64(depth * _STEPS_PER_METRE) << 24 | rgb
-        for row in range(top, bottom + 1):
-            for column in range(first, last + 1):
+        for row in range(top, bottom):
+            for column in range(first, last):
                 nearest[row, column] = min(nearest[row, column], value)
 
 

@@ -1,5 +1,6 @@
 """One of the one or two sides of a browser's 3D view that change with every frame: cloud, frustum and label."""
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -83,13 +84,10 @@ class Pane:
         pose[:3, 3] += self.offset
         onto.points(cloud.points, cloud.colours, cloud.size, pose)
         if frustum:
-            corner = _corner(shot.camera)
-            onto.lines(_EDGES * corner, ORANGE, pose)
+            onto.lines(_EDGES * _corner(shot.camera), ORANGE, pose)
             if picture is not None:
-                rows, columns = picture.shape[:2]
-                v, u = np.mgrid[1 - rows : rows : 2, 1 - columns : columns : 2].reshape(2, -1)
-                plane = np.stack([u / columns, v / rows, np.ones(u.size)], axis=1) * corner
-                onto.points(plane.astype(np.float32), picture.reshape(-1, 3), 0.55 * 2 * corner[1] / rows, pose)
+                plane, size = _plane(shot.camera, *picture.shape[:2])
+                onto.points(plane, picture.reshape(-1, 3), size, pose)
 
     def hide(self, shot: Shot, title: str, *, label: bool) -> None:
         """Leave all but the label to a picture of the view."""
@@ -125,6 +123,16 @@ def _corner(camera: Camera) -> NDArray[np.float64]:
     y = camera.height / 2 / camera.fy
     corner = np.array([y * camera.width / camera.height, y, 1.0])
     return np.asarray(_SCALE * corner / np.cbrt(corner.prod() / 3))
+
+
+@lru_cache(maxsize=4)
+def _plane(camera: Camera, rows: int, columns: int) -> tuple[NDArray[np.float32], float]:
+    """(rows * columns, 3) where the pixels of the picture on the image plane are, and half of what one is wide [m]."""
+    v, u = np.mgrid[1 - rows : rows : 2, 1 - columns : columns : 2].reshape(2, -1)
+    corner = _corner(camera)
+    return np.float32(np.stack([u / columns, v / rows, np.ones(u.size)], axis=1) * corner), float(
+        1.1 * corner[1] / rows
+    )
 
 
 def _wxyz(pose: NDArray[np.float64]) -> tuple[float, float, float, float]:

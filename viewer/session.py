@@ -220,6 +220,7 @@ class Session:
             return
         began, playing = time.monotonic(), self.playback.playing and not self._by_keys
         moving = playing or self._by_keys
+        self.status.moving(moving)
         if moving:
             self._pace.taken(FASTEST if self._by_keys else self.playback.rate)
         else:
