@@ -16,15 +16,22 @@ localStorage.setItem('viser-user:depthsim-renderer', soft ? 'software' : 'hardwa
 """
 _DRAW_ONCE = """
 const page = window.__viserMutable, view = page && page.scene && page.scene.__r3f && page.scene.__r3f.root;
-if (view && page.drainMessageQueue && !page.drawOften) {
+if (view && page.drainMessageQueue && page.backgroundMaterial && !page.drawOften) {
   page.drawOften = page.requestRender;
-  let later = 0;
-  const draw = () => { clearTimeout(later); view.getState().invalidate(); };
+  const shown = page.backgroundMaterial.uniforms.colorMap;
+  let awaited = null, later = 0;
+  const draw = () => { awaited = null; clearTimeout(later); view.getState().invalidate(); };
   page.requestRender = () => {
-    if (!page.messageQueue.length || page.getRenderRequestState !== 'ready') return draw();
-    page.drainMessageQueue();  // a picture asks again, once it is decoded
-    clearTimeout(later);
-    later = setTimeout(draw, 250);
+    if (awaited) {  // what came after a picture, the question for an echo too, waits until that is decoded and drawn
+      if (shown.value !== awaited.before) draw();
+    } else if (!page.messageQueue.length || page.getRenderRequestState !== 'ready') {
+      draw();
+    } else {
+      if (page.messageQueue.some(one => one.type === 'BackgroundImageMessage')) awaited = {before: shown.value};
+      page.drainMessageQueue();
+      clearTimeout(later);
+      later = setTimeout(draw, 250);
+    }
   };
 }
 """

@@ -2,6 +2,7 @@
 
 import asyncio
 import html
+from contextlib import suppress
 
 import viser
 
@@ -39,7 +40,8 @@ class Status:
         """A job begins, or the one that was begun is done; called by the worker."""
         self._job += 1
         if kind is not None:
-            self._loop.call_soon_threadsafe(self._loop.call_later, self._slow, self._show, self._job, kind)
+            with suppress(RuntimeError):  # the server has stopped meanwhile
+                self._loop.call_soon_threadsafe(self._loop.call_later, self._slow, self._show, self._job, kind)
         elif self._shown:
             self._shown = self._doing.visible = self._bar.visible = False
 

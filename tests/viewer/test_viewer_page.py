@@ -124,6 +124,30 @@ def test_play_goes_on_by_itself_until_it_is_stopped(guest: Visit) -> None:
     until(lambda: not session.playback.playing)
 
 
+def test_without_a_gpu_a_play_is_pictures_of_the_view_and_at_rest_every_point_is_there(guest: Visit) -> None:
+    session = guest.open()
+    until(lambda: session._by_software)
+    guest.page.keyboard.press("k")
+    until(lambda: session.shown.pictured)
+    guest.page.get_by_text("pictures of the view").first.wait_for()
+    assert session.shown.one_in == 1
+    uniforms = "window.__viserMutable.backgroundMaterial.uniforms"
+    guest.page.wait_for_function(f"{uniforms}.enabled.value && {uniforms}.colorMap.value.image.width > 300")
+    guest.page.wait_for_function("'drawOften' in window.__viserMutable")
+    view = session.client.camera
+    size = guest.page.evaluate(f"[{uniforms}.colorMap.value.image.width, {uniforms}.colorMap.value.image.height]")
+    assert size == [view.image_width, view.image_height]
+    cloud = "window.__viserSceneTree.getState()['/a/cloud']"
+    guest.page.wait_for_function(f"!{cloud}.effectiveVisibility")
+    guest.page.keyboard.press("k")
+    until(lambda: session.shown.whole)
+    guest.page.wait_for_function(f"!{uniforms}.enabled.value && {cloud}.effectiveVisibility")
+    guest.page.wait_for_function("!('drawOften' in window.__viserMutable)")
+    valid = int(np.count_nonzero(session.shown.shots[0].depth_raw))
+    guest.page.wait_for_function(f"count => {cloud}.message.props.points.length === 3 * count", arg=valid)
+    assert guest.errors == []
+
+
 def test_clean_and_noisy_stand_side_by_side(guest: Visit) -> None:
     session = guest.open()
     session.look.show.value = "sensor"
