@@ -54,7 +54,7 @@ class Drawing:
         side = _f(2 * size * self._view.focal)
         split(_squares, self._view.height, core_count(), points, colours, turn, move, self._lens, side, self._nearest)
 
-    def lines(self, ends: NDArray[np.float64], colour: tuple[int, int, int], pose: NDArray[np.float64]) -> None:
+    def lines(self, ends: NDArray[np.floating], colour: tuple[int, int, int], pose: NDArray[np.float64]) -> None:
         """Straight lines, 2 px wide. ends: (N, 2, 3) [m]. pose: (4, 4) lines to world."""
         turn, move = self._seen_from(pose)
         red, green, blue = colour

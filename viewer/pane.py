@@ -130,9 +130,8 @@ def _plane(camera: Camera, rows: int, columns: int) -> tuple[NDArray[np.float32]
     """(rows * columns, 3) where the pixels of the picture on the image plane are, and half of what one is wide [m]."""
     v, u = np.mgrid[1 - rows : rows : 2, 1 - columns : columns : 2].reshape(2, -1)
     corner = _corner(camera)
-    return np.float32(np.stack([u / columns, v / rows, np.ones(u.size)], axis=1) * corner), float(
-        1.1 * corner[1] / rows
-    )
+    plane = np.stack([u / columns, v / rows, np.ones(u.size)], axis=1) * corner
+    return plane.astype(np.float32), float(1.1 * corner[1] / rows)
 
 
 def _wxyz(pose: NDArray[np.float64]) -> tuple[float, float, float, float]:
