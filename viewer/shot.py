@@ -39,8 +39,8 @@ class Shot:
         holes = 1 - int(np.count_nonzero(both)) / max(int(np.count_nonzero(there)), 1)
         if not error.size:
             return Figures(holes, None, None)
-        ranked = np.sort(error)
-        low, middle, high = (float(ranked[int(share * len(ranked))]) for share in (0.1587, 0.5, 0.8413))
+        places = [int(share * error.size) for share in (0.1587, 0.5, 0.8413)]
+        low, middle, high = (float(value) for value in np.partition(error, places)[places])
         return Figures(holes, (high - low) / 2, middle)
 
 
