@@ -15,8 +15,11 @@ from depthsim.scenefile import load_scene
 
 ROOT = Path(__file__).parents[2] / "depthsim"
 COMMANDS = get_command(app).commands  # type: ignore[attr-defined]
-ELSEWHERE = {"extras.py", "gap/report/words.py", "gap/depth/report/compare.py", "gap/flight/report/write.py"}
-"""extras.py calls the script ./run, whose flag that is; the others write command lines to be given next."""
+ELSEWHERE = {
+    "extras.py",  # calls the script ./run, whose flag that is
+    "gap/report/words.py", "gap/depth/report/compare.py", "gap/flight/report/write.py",  # command lines to give
+    "gap/report/page.py",  # CSS
+}  # fmt: skip
 LIBRARY = [file for file in sorted(ROOT.rglob("*.py")) if file.relative_to(ROOT).parts[0] != "cli"]
 FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 
