@@ -4,7 +4,8 @@
     ./run python benchmarks/withheld.py tables --out RESULTS
     ./run python benchmarks/withheld.py make --tier a --effect min_range --strength medium --seed 3 --out DIR
 
-`run` goes on where it was: a case whose result lies in RESULTS/cases is not done again.
+`run` goes on where it was: a case whose result lies in RESULTS/cases is not done again, if it was made by the same
+thresholds, which `--set` varies.
 """
 
 import itertools
@@ -18,10 +19,12 @@ from rich.progress import Progress
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.thresholds import Vary
 from benchmarks.withheld_data.case import CannotBeSeen, Wanted, draw_case, write_case
 from benchmarks.withheld_score.plan import TIERS, planned
 from benchmarks.withheld_score.runner import D435, Settings, run_cases, run_d435
 from benchmarks.withheld_score.tables import print_all
+from depthsim.gap.config import DepthConfig
 
 app = typer.Typer(add_completion=False, no_args_is_help=True)
 _LIMITED = {"speed": 3}
@@ -67,10 +70,12 @@ def run(
     keep: Annotated[bool, typer.Option(help="Leave runs and reports in RESULTS/work.")] = False,
     rivals: Annotated[bool, typer.Option(help="Ask the two rivals too.")] = True,
     remeasure: Annotated[bool, typer.Option(help="Measure the closed fraction again on fresh frames.")] = True,
+    vary: Vary = None,
 ) -> None:
     """Diagnose the cases of some tiers, and print the tables."""
     console = Console()
-    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure)
+    DepthConfig.varied(vary or [])  # refused here, not case by case
+    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure, tuple(vary or ()))
     wanted: list[Wanted] = []
     for name in tier or list(TIERS):
         if name != "f":

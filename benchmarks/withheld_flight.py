@@ -22,6 +22,7 @@ from rich.table import Table
 sys.path.insert(0, str(File(__file__).resolve().parents[1]))
 
 from benchmarks import withheld_flight_inverse as inverse
+from benchmarks.thresholds import HELP
 from benchmarks.withheld_flight_data import (
     ARM,
     BASE_DRAG,
@@ -39,6 +40,7 @@ from benchmarks.withheld_flight_data import (
 from benchmarks.withheld_score.score import wilson
 from depthsim.flight.log import FlightLog
 from depthsim.flight.vehicle import Vehicle, load_vehicle
+from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight import Findings, investigate
 
 FLIGHTS = File(__file__).resolve().parents[2] / "shared" / "data" / "flight_nanobench"
@@ -242,11 +244,12 @@ def fly_case(
     without: tuple[str, ...] = (),
     columns: str = "",
     source: str = "simulator",
+    config: FlightConfig = FlightConfig(),  # noqa: B008 - frozen
 ) -> Case:
     """Make a log and diagnose it."""
     log, vehicle, words = SOURCES[source](effects, strength, seed, columns)
     begin = time.process_time()  # as long on a machine that does other things too
-    flown = investigate([log], vehicle, without)
+    flown = investigate([log], vehicle, without, config=config)
     case = Case(tuple(effect.name for effect in effects), strength, flown, time.process_time() - begin)
     gap = flown.diagnosis.gap
     figures = f"{gap.before:.3f} {gap.after:.3f} {gap.floor:.3f} m/s², {case.seconds:.1f} s"
@@ -261,9 +264,15 @@ def share(good: int, count: int) -> str:
     return f"{good / count:.0%} ({low:.0%} to {high:.0%}), {good} of {count}" if count else "-"
 
 
-def single(console: Console, logs: int, seed: int, source: str) -> None:
+def single(console: Console, logs: int, seed: int, source: str, config: FlightConfig) -> None:
     cases = [
-        fly_case((effect,), strength, seed + 1000 * number + 100 * STRENGTHS.index(strength) + index, source=source)
+        fly_case(
+            (effect,),
+            strength,
+            seed + 1000 * number + 100 * STRENGTHS.index(strength) + index,
+            source=source,
+            config=config,
+        )
         for number, effect in enumerate(EFFECTS)
         for strength in STRENGTHS
         for index in range(logs)
@@ -303,14 +312,19 @@ def named(case: Case) -> bool:
     return case.effects[0] in case.first and len(case.first) <= 2
 
 
-def unknown(console: Console, logs: int, seed: int, source: str) -> None:
+def unknown(console: Console, logs: int, seed: int, source: str, config: FlightConfig) -> None:
     cases = []
     for number, effect in enumerate(EFFECTS):
         for strength in STRENGTHS[1:]:
             for index in range(logs):
                 place = seed + 50_000 + 1000 * number + 100 * STRENGTHS.index(strength) + index
                 cases.append(
-                    (effect, fly_case((effect,), strength, place, (effect.name, *effect.alike), source=source))
+                    (
+                        effect,
+                        fly_case(
+                            (effect,), strength, place, (effect.name, *effect.alike), source=source, config=config
+                        ),
+                    )
                 )
     table = Table(
         "effect", "reported, right axis", "reported", "another name fits it", title="Withheld from the bank too"
@@ -340,10 +354,17 @@ def told_unknown(case: Case, effect: Effect) -> bool:
     return unexplained is not None and any(cut.axis in effect.axes for cut in unexplained.where[:2])
 
 
-def none(console: Console, logs: int, seed: int, source: str) -> None:
+def none(console: Console, logs: int, seed: int, source: str, config: FlightConfig) -> None:
     effect = Effect("none", lambda rng, k: Truth(), ALL, ())
     cases = [
-        fly_case((effect,), "medium", seed + 90_000 + index, columns=("", "total", "no_imu")[index % 3], source=source)
+        fly_case(
+            (effect,),
+            "medium",
+            seed + 90_000 + index,
+            columns=("", "total", "no_imu")[index % 3],
+            source=source,
+            config=config,
+        )
         for index in range(10 * logs)
     ]
     false = [case for case in cases if case.found.diagnosis.verdict != "no_gap"]
@@ -353,7 +374,7 @@ def none(console: Console, logs: int, seed: int, source: str) -> None:
         console.print(f"    {case.found.diagnosis.verdict} {case.first} {where} {case.found.diagnosis.gap}")
 
 
-def pairs(console: Console, logs: int, seed: int, source: str) -> None:
+def pairs(console: Console, logs: int, seed: int, source: str, config: FlightConfig) -> None:
     chosen = [
         ("rotor_drag", "thrust_scale"), ("constant_wind", "imu_bias"), ("body_drag_quadratic", "imu_misalignment"),
         ("thrust_lag", "ground_effect"), ("gusting_wind", "thrust_scale"), ("rotor_drag", "constant_wind"),
@@ -364,7 +385,9 @@ def pairs(console: Console, logs: int, seed: int, source: str) -> None:
     both, total = 0, 0
     for number, (one, other) in enumerate(chosen):
         effects = (by_name[one], by_name[other])
-        cases = [fly_case(effects, "medium", seed + 70_000 + 100 * number + index) for index in range(logs)]
+        cases = [
+            fly_case(effects, "medium", seed + 70_000 + 100 * number + index, config=config) for index in range(logs)
+        ]
         found = []
         for case in cases:
             names = {name for c in case.found.diagnosis.causes for name in (c.effect, *c.indistinguishable_from)}
@@ -376,7 +399,7 @@ def pairs(console: Console, logs: int, seed: int, source: str) -> None:
     console.print(f"both named: {share(both, total)}")
 
 
-def real(console: Console, logs: int, seed: int, source: str) -> None:
+def real(console: Console, logs: int, seed: int, source: str, config: FlightConfig) -> None:
     from depthsim.flight.nanobench import read_any
     from depthsim.gap.flight.fit.validate import lateral_errors
 
@@ -395,7 +418,7 @@ def real(console: Console, logs: int, seed: int, source: str) -> None:
     rows = []
     for out in ((0, 4), (1, 5), (2, 6), (3, 7)):
         train = [log for index, log in enumerate(flights) if index not in out]
-        flown = investigate(train, vehicle)
+        flown = investigate(train, vehicle, config=config)
         before, removed, start = lateral_errors(flown, [flights[index] for index in out])
         rows.append((before, removed, start))
         names = ", ".join(cause.effect for cause in flown.diagnosis.causes)
@@ -412,7 +435,7 @@ def real(console: Console, logs: int, seed: int, source: str) -> None:
 TIERS = {"single": single, "unknown": unknown, "none": none, "pairs": pairs, "real": real}
 
 
-def main() -> None:
+def parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--logs", type=int, default=4, help="for each effect and strength; ten times as many without one"
@@ -422,10 +445,16 @@ def main() -> None:
     parser.add_argument(
         "--source", default="simulator", choices=SOURCES, help="of the flights, but for the tiers pairs and real"
     )
-    given = parser.parse_args()
+    parser.add_argument("--set", dest="vary", action="append", default=[], metavar="SECTION.NAME=VALUE", help=HELP)
+    return parser
+
+
+def main() -> None:
+    given = parser().parse_args()
+    config = FlightConfig.varied(given.vary)
     console = Console(width=None if sys.stdout.isatty() else 140)
     for name in given.tier.split(","):
-        TIERS[name](console, given.logs, given.seed, given.source)
+        TIERS[name](console, given.logs, given.seed, given.source, config)
 
 
 if __name__ == "__main__":

@@ -91,7 +91,7 @@ def depth_results(work: Path) -> dict[str, Any]:
 def flight_results(work: Path) -> dict[str, Any]:
     """The diagnoses of flights: three simulated ones, whose vehicle lacks what they flew with, and real ones."""
     found: dict[str, Any] = {}
-    path = "lemniscate:size=20/10,center=0/0/3,duration=40"
+    path = "lemniscate:size=20/10,center=0/0/3,laps=2"
     flights = {
         "still": ["--vehicle", "f450", "--speed", "4"],
         "windy": ["--vehicle", "f450", "--speed", "5", "--wind", "2/1/0"],

@@ -41,7 +41,7 @@ FLIGHT = '''
 from typing import ClassVar
 
 from depthsim.flight.drag import BODY_QUADRATIC
-from depthsim.gap.flight.effect import FlightEffect, Formula, Parameter
+from depthsim.gap.flight.effect import Candidate, FlightEffect, Parameter
 
 
 class Banner(FlightEffect):
@@ -53,11 +53,11 @@ class Banner(FlightEffect):
     recording = "Fly without the banner."
 
     @classmethod
-    def formulas(cls, records, base, radius):
+    def candidates(cls, records, base, radius):
         def towed(s, v):
             return s.with_law("banner", (BODY_QUADRATIC, (0.6 * v[0],) * 3))
 
-        return [Formula(cls.id, "square", (Parameter("area", "m²", 0.0, 0.01, 0.0, 1.0),), towed)]
+        return [Candidate(cls.id, "square", (Parameter("area", "m²", 0.0, 0.01, 0.0, 1.0),), towed)]
 '''
 KNOWS = """
 import json, sys

@@ -181,7 +181,7 @@ def test_a_diagnosis_tells_itself() -> None:
     for words in (
         "sigma 0.05 px (95 %: 0.04 to 0.06)",
         "range 1 to 2 m",
-        "disparity_noise from material_noise",
+        "disparity_noise is indistinguishable from material_noise",
         "What is left.",
     ):
         assert words in str(FOUND)

@@ -36,6 +36,7 @@ def _make(order: dict[str, Any]) -> dict[str, Any]:
 
 def _diagnose(order: dict[str, Any]) -> dict[str, Any]:
     from depthsim.gap import diagnose
+    from depthsim.gap.config import DepthConfig
 
     diagnose(
         Path(order["run"]),
@@ -43,6 +44,7 @@ def _diagnose(order: dict[str, Any]) -> dict[str, Any]:
         out=Path(order["out"]),
         without=tuple(order["without"]),
         threads=order["threads"],
+        config=DepthConfig.varied(order["set"]),
     )
     return dict(json.loads((Path(order["out"]) / "diagnosis.json").read_text(encoding="utf-8")))
 

@@ -21,13 +21,14 @@ FOREVER = 3600
 
 @dataclass(frozen=True)
 class Settings:
-    """How cases are run. folder: of the results. keep: leave runs and reports on disk."""
+    """How cases are run. folder: of the results. keep: leave runs and reports on disk. vary: thresholds."""
 
     folder: Path
     jobs: int = 1
     keep: bool = False
     rivals: bool = True
     remeasure: bool = True
+    vary: tuple[str, ...] = ()
 
 
 def run_cases(cases: Iterable[Wanted], settings: Settings, told: Callable[[dict[str, Any]], None]) -> None:
@@ -42,7 +43,7 @@ def run_d435(settings: Settings) -> dict[str, Any] | None:
     if not D435.is_dir():
         return None
     result = settings.folder / "cases" / "f_d435_floor.json"
-    if (there := _there(result)) is not None:
+    if (there := _there(result, settings)) is not None:
         return there
     profile = ROOT / "depthsim" / "sensor" / "profiles" / "paper.yaml"
     record = {"truth": {"name": "f_d435_floor", "tier": "f", "effects": [], "against": "paper", "m_offsets": {}}}
@@ -51,7 +52,7 @@ def run_d435(settings: Settings) -> dict[str, Any] | None:
 
 def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
     result = settings.folder / "cases" / f"{wanted.name}.json"
-    if (there := _there(result)) is not None:
+    if (there := _there(result, settings)) is not None:
         return there
     folder = settings.folder / "work" / wanted.name
     shutil.rmtree(folder, ignore_errors=True)
@@ -72,12 +73,12 @@ def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
     return record
 
 
-def _there(file: Path) -> dict[str, Any] | None:
-    """A result that need not be made again: one that is not the failure of a diagnosis."""
+def _there(file: Path, settings: Settings) -> dict[str, Any] | None:
+    """A result that need not be made again: one by these thresholds that is not the failure of a diagnosis."""
     if not file.exists():
         return None
     record: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    return None if record.get("stage") == "diagnose" else record
+    return None if record.get("stage") == "diagnose" or record.get("set", []) != list(settings.vary) else record
 
 
 def _judged(
@@ -87,9 +88,13 @@ def _judged(
     work = settings.folder / "work" / name
     work.mkdir(parents=True, exist_ok=True)
     order: dict[str, Any] = {"run": str(run), "sensor": str(sensor), "out": str(work / "report")}
-    order |= {"without": list(without), "threads": max(1, (os.cpu_count() or 1) // settings.jobs)}
+    order |= {
+        "set": list(settings.vary),
+        "without": list(without),
+        "threads": max(1, (os.cpu_count() or 1) // settings.jobs),
+    }
     found = _child({"job": "diagnose", **order}, work)
-    record |= {"seconds": found["seconds"], "peak_mb": found["peak_mb"]}
+    record |= {"seconds": found["seconds"], "peak_mb": found["peak_mb"], "set": list(settings.vary)}
     if "error" in found:
         record |= {"error": found["error"], "stage": "diagnose"}
     else:

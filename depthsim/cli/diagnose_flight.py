@@ -26,12 +26,14 @@ def diagnose_flight(
     from depthsim.flight.nanobench import read_any
     from depthsim.flight.vehicle import load_vehicle
     from depthsim.gap.flight import investigate, write_report
+    from depthsim.gap.report.folder import check_report_folder
 
     seen: set[Path] = set()
     for path in logs:
         if path.resolve() in seen:
             raise InputError(path, "", "is given twice", "give each flight once")
         seen.add(path.resolve())
+    check_report_folder(out)
     craft = load_vehicle(vehicle)
     flights = [read_any(path, drop_unmeasured=True) for path in logs]
     with Console(stderr=True).status("reading forces") as status:

@@ -1,9 +1,15 @@
 """All thresholds of the diagnoses, documented and frozen, so that a benchmark can vary them: ``diagnose(config=...)``.
 
 What is measured (histogram bins, the cells of the axes, the measure itself) is no threshold, and stands with its code.
+docs/thresholds.md lists them; docs/thresholds.py writes it from here.
 """
 
-from pydantic import BaseModel, ConfigDict, Field
+from collections.abc import Iterable
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from depthsim.errors import InputError
 
 
 class Section(BaseModel):
@@ -12,14 +18,167 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
+class Config(Section):
+    """All thresholds of a diagnosis, by section."""
+
+    @classmethod
+    def varied(cls, settings: Iterable[str]) -> Self:
+        """With some values in place of the defaults, each as ``section.name=value``.
+
+        Raises :class:`InputError` for one that is not written so, that there is not, or whose value makes no sense.
+        """
+        changes: dict[str, dict[str, str]] = {}
+        for setting in settings:
+            name, equals, value = setting.partition("=")
+            section, dot, field = name.partition(".")
+            if not (equals and dot and section and field and value):
+                raise InputError("config", setting, "is no SECTION.NAME=VALUE", "write such as select.most_causes=2")
+            changes.setdefault(section, {})[field] = value
+        try:
+            return cls.model_validate(changes)
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(map(str, first["loc"]))
+            fix = f"take the names from {cls.__name__} in depthsim/gap/config.py"
+            raise InputError("config", place, str(first["msg"]), fix) from None
+
+
 def _value(default: float, about: str) -> float:
-    field: float = Field(default, description=about)
+    field: float = Field(default, ge=0, allow_inf_nan=False, description=about)
     return field
 
 
 def _count(default: int, about: str) -> int:
-    field: int = Field(default, description=about)
+    field: int = Field(default, ge=1, description=about)
     return field
+
+
+class DepthData(Section):
+    """What of a recording is looked at, and what is seen in it before anything is fitted."""
+
+    pixels: int = _count(6_000_000, "simulated in all: so many frames are looked at, but for the next two")
+    least_frames: int = _count(20, "looked at of a recording that has as many, however large they are")
+    most_frames: int = _count(40, "looked at, however small they are")
+    block: int = _count(4, "frames in a row at most that go together, into fitting or into validating")
+    pixels_of_frame: int = _count(50_000, "that are counted, about: of a larger frame, not every row")
+    material_share: float = _value(0.002, "of the pixels, above which a material has cells of its own")
+    most_materials: int = _count(10, "materials with cells of their own at most")
+    coarsest_step: float = _value(2.0, "[px] of disparity: coarser steps are indistinguishable from the scene's shape")
+    step_seen: float = _value(0.15, "of the spectrum's line, 1 where all disparities lie on steps: below it none are")
+    step_over_scene: float = _value(3.0, "times the scene's own spectrum that the line must be, too")
+    overtone: float = _value(0.6, "of the strongest line: the lowest frequency with so much is that of the steps")
+
+
+class DepthFit(Section):
+    """How candidates are fitted."""
+
+    first_look_pixels: int = _count(400_000, "that are enough for a first look at the whole bank")
+    leaders: int = _count(6, "candidates that are fitted in full after the first look")
+    far_behind: float = _value(2.0, "times the least loss: a candidate above it after two rounds is fitted no further")
+    trial: float = _value(0.25, "of a change that matters, by which a parameter is moved to find its slope")
+    longest_step: float = _value(4.0, "changes that matter, by which a parameter moves at once")
+    least_gain: float = _value(0.004, "of the loss: a round that takes off no more is the last")
+    refined_rounds: int = _count(6, "in which the selected causes are refined at the end")
+    refined_gain: float = _value(1e-4, "of the loss: the same for these rounds")
+    range_step: float = _value(0.08, "of the spread of the ranges in sight: a change of a range that matters")
+    runs: int = _count(
+        4, "simulated to validate a fit: by one, a cause that closes a few per cent of the floor is luck"
+    )
+    runs_of_subset: int = _count(2, "simulated of a sensor with some of the causes, for what each of them closes")
+
+
+class DepthSelect(Section):
+    """Which candidates become causes. Shares are of the gap over its floor, on frames held out."""
+
+    most_causes: int = _count(6, "causes that are named at most")
+    done: float = _value(0.015, "left of the gap: with no more, no further cause is looked for")
+    first: float = _value(0.3, "that the first cause must close: less is a name that happens to be near")
+    first_apart: float = _value(0.05, "that is enough for the first cause, if it also closes so many times the next")
+    first_apart_times: float = _value(3.0, "what the next effect would close, see first_apart")
+    further: float = _value(0.1, "that a further cause must close, whatever was left")
+    further_of_left: float = _value(0.5, "of what was left, that is enough for a further cause above `least`")
+    least: float = _value(0.01, "that a cause must close beside all others; below it, it is dropped")
+    further_apart: float = _value(0.02, "that is enough for a further cause, if `stays` of it stays beside any rival")
+    stays: float = _value(
+        0.7,
+        "of what a further cause closes, that must stay where a rival is there before it: a true cause closes its own "
+        "part, the residual of a misfit is one for all that could take it up",
+    )
+    rival: float = _value(0.25, "of what a further cause closes: effects that close less by themselves are no rivals")
+    plain: float = _value(0.5, "of what a flexible first cause closes: a plain one that closes so much is begun with")
+    flexible: int = _count(4, "parameters, with which an effect can take up much of what is another's")
+    taken_up: float = _value(0.1, "of what it closes, by which a flexible further cause must be ahead of a plain one")
+    tied: float = _value(0.01, "difference of what two close, below which they are ties, however sure it is")
+    near: float = _value(0.15, "difference of what two close, above which they are no rivals for a tie")
+    near_of_cause: float = _value(0.3, "the same as a part of what the better one closes")
+
+
+class DepthSignificance(Section):
+    """What is more than chance.
+
+    An excess is the logarithm of a gap over its floor, in units of the spread of that logarithm from run to run. It is
+    no quantile of a known distribution. benchmarks/nulls.py counts how often recordings without a gap are above a
+    threshold: of 17,280 scores (4 to 400 frames in four scenes, five profiles, 2,880 for each length) 99 % are below
+    3.3 over all axes and 5.4 along the worst one, the largest are 7.2 and 10.2, and 0.03 % are above a threshold, at
+    most 0.1 % of any length.
+    """
+
+    excess: float = _value(8.0, "over all axes, above which there is a gap")
+    excess_along_axis: float = _value(8.0, "along one axis, above which there is a gap")
+    faint: float = _value(0.1, "of the floor: less than this over it, and no cause, is no gap")
+    explained: float = _value(
+        0.98, "closed of the gap: from here on it is explained, whatever stands out of what is left"
+    )
+    runs: int = _count(16, "simulated of one sensor, to know how far two runs of it are apart")
+    runs_resampled: int = _count(8, "of these that are taken when blocks of frames are left out in turn")
+    spread_prior: float = _value(
+        8.0, "runs that an axis' variance is drawn to the median of all by: of few, some come out far too small"
+    )
+    least_spread: float = _value(0.01, "of the logarithm of a gap: a smaller difference does not matter, however sure")
+    least_spread_along_axis: float = _value(0.03, "the same along one axis")
+    least_error: float = _value(0.01, "of a closed fraction, half of its interval: other frames differ by as much")
+
+
+class DepthWhere(Section):
+    """Where the gap lies."""
+
+    per_doubling: float = _value(0.015, "of the gap, that an axis must explain more for having twice the cells")
+    pair: float = _value(0.05, "the same for a pair of axes, or a finer look at one")
+    paired: float = _value(2.2, "times the bits of single errors that pairs must show, as two independent ones show 2")
+    together: float = _value(0.5, "of the bits of single errors that pairs must have of their own to go first")
+    beside: float = _value(0.2, "the same to go second")
+    uniform: float = _value(0.1, "of the gap: where it changes along no axis by more, it may lie between neighbours")
+    corrections: int = _count(3, "axes along which a correction is learned, besides those of neighbours")
+    softening: float = _value(3.0, "pixels added to every histogram by its axis' own, for a correction that is learned")
+    largest_weight: float = _value(20.0, "of a pixel in a correction that is learned")
+    most_axes: int = _count(6, "axes that are reported at most")
+    least_share: float = _value(0.02, "of the gap that must change along an axis for it to be reported")
+
+
+class DepthCompare(Section):
+    """Two recordings, compared without a simulator.
+
+    The excess of `significance` is calibrated for runs that are simulated anew, and here there are none to simulate:
+    the floor is from splits of the same blocks into halves that have as much of each recording. If nothing
+    distinguishes the two, the split into A and B is one more of these, so by chance alone it is the largest in 1 of
+    `splits` + 1; `above` and `ratio` ask for more than that, and benchmarks/nulls.py does not count them.
+    """
+
+    splits: int = _count(24, "into halves that have as much of each recording, for the floor")
+    above: float = _value(4.0, "standard deviations of the splits that the gap must be above their mean")
+    ratio: float = _value(1.1, "times the floor, that it must be above too")
+    largest_weight: float = _value(10.0, "of a pixel, by what both recordings have seen")
+
+
+class DepthConfig(Config):
+    """The thresholds of :func:`depthsim.gap.diagnose` and of :func:`depthsim.gap.depth.compare.compare`."""
+
+    data: DepthData = DepthData()
+    fit: DepthFit = DepthFit()
+    select: DepthSelect = DepthSelect()
+    significance: DepthSignificance = DepthSignificance()
+    where: DepthWhere = DepthWhere()
+    compare: DepthCompare = DepthCompare()
 
 
 class FlightData(Section):
@@ -43,12 +202,12 @@ class FlightSelect(Section):
     tie_t: float = _value(2.0, "difference of two losses over its standard error, below which they may be equal")
     tie_gain: float = _value(5.0, "difference of two losses below which they are equal")
     tie_share: float = _value(
-        0.003, "of what an effect explains: a smaller difference belongs to its formula, if that leaves as much"
+        0.003, "of what an effect explains: a smaller difference belongs to how it is written, if that leaves as much"
     )
     noise_uncertainty: float = _value(0.1, "how well the noise's power is known, relative")
     unsure_gain: float = _value(30.0, "a loss that differs by less, and not in all blocks alike, does not differ")
     unsure_share: float = _value(0.05, "the same over what an effect explains")
-    unsure_left: float = _value(5.0, "the same over what the formula leaves")
+    unsure_left: float = _value(5.0, "the same over what the candidate leaves")
     uneven_rotors: float = _value(
         0.25, "how far the force may speak of other uneven rotors than the logged thrusts, over what these differ by"
     )
@@ -56,10 +215,10 @@ class FlightSelect(Section):
         0.75, "of what is learned in time: so much on acceleration, angular rate or thrust, and it is no gust"
     )
     lasting: float = _value(0.5, "the same on any other axis that lasts")
-    formula: float = _value(0.85, "of what gusts close: where a formula closes so much, it is the formula")
+    candidate: float = _value(0.85, "of what gusts close: a candidate that closes so much is taken, and no gusts")
     like_wind: float = _value(0.6, "of what a free force in time closes: a wind closes so much, or it is none")
-    velocities_tell: float = _value(9.0, "of the loss: velocities that are noisier say nothing of gusts")
-    gusts_share: float = _value(0.05, "of what is closed with gusts: formulas alone must leave this much more")
+    velocities_show: float = _value(9.0, "of the loss: velocities that are noisier say nothing of gusts")
+    gusts_share: float = _value(0.05, "of what is closed with gusts: candidates alone must leave this much more")
 
 
 class FlightSignificance(Section):
@@ -67,8 +226,8 @@ class FlightSignificance(Section):
 
     least_gain: float = _value(22.0, "of the loss, which chance lowers by about 1 a parameter; the bank's size counted")
     least_t: float = _value(2.6, "mean gain of the blocks over its standard error")
-    rest: float = _value(0.006, "of the gap's power: a rest below this is not reported")
-    rest_of_gusts: float = _value(0.05, "the same where the wind gusts: between knots a little is always left")
+    residual: float = _value(0.006, "of the gap's power: a residual below this is not reported")
+    residual_of_gusts: float = _value(0.05, "the same where the wind gusts: between knots a little is always left")
     least_axis: float = _value(0.05, "share of the power that must be learned on an axis for the gap to lie there")
     most_axes: int = _count(6, "axes that are reported at most")
     nearest: float = _value(
@@ -76,7 +235,7 @@ class FlightSignificance(Section):
         "power that can still be learned over what a cause closes; above it the name may be the nearest only. Wrong "
         "names leave 0.02 to 0.1 in benchmarks/withheld_flight.py, right ones by another formula up to 0.01",
     )
-    nearest_beside: float = _value(0.3, "the same beside a rest that is known to be there")
+    nearest_beside: float = _value(0.3, "the same beside a residual that is known to be there")
     also: float = _value(0.8, "a force lies on every axis on which so much of it is learned, relative to the best")
     least_tilt: float = _value(0.01, "[rad] tilts below this are the attitude's own error")
     least_upward: float = _value(0.03, "[m/s²] upwards a tilt hardly matters")
@@ -86,7 +245,7 @@ class FlightSignificance(Section):
     main: float = _value(0.7, "of a cause's mean force: velocities speak against it where so much of it is")
 
 
-class FlightConfig(Section):
+class FlightConfig(Config):
     """The thresholds of :func:`depthsim.gap.flight.diagnose_flight`."""
 
     data: FlightData = FlightData()

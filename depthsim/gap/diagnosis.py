@@ -63,7 +63,7 @@ class Cause(_Part):
     parameters: as fitted; ci95: their 95 % intervals, for those that were fitted.
     closed_fraction: what of the gap this effect closes, on data that it was not fitted on; ci95_closed: its interval.
     Of a depth sensor's causes the closed fractions add up to that of the gap.
-    indistinguishable_from: effects that explain these data as well. advice: the recording that would tell them apart.
+    indistinguishable_from: effects that explain these data as well. advice: the recording that would distinguish them.
     """
 
     effect: str
@@ -76,7 +76,7 @@ class Cause(_Part):
 
 
 class Unexplained(_Part):
-    """What is left. fraction: of the gap; where: the same cuts for the rest; description: in words.
+    """What is left. fraction: of the gap; where: the same cuts for what is left; description: in words.
 
     learnable: the share of the gap that a correction learned on those axes would close, on data held out; None unasked.
     """
@@ -90,9 +90,9 @@ class Unexplained(_Part):
 class Diagnosis(_Part):
     """The whole answer. ``where`` and ``causes`` are ranked: the first is the one to act on.
 
-    notes: what a reader must know besides, such as columns that were missing.
+    notes: what a reader must know besides, such as columns that a log lacks.
 
-    ``print`` tells it in lines, a notebook shows it with the curves of its report.
+    ``print`` shows it in lines, a notebook shows it with the curves of its report.
     """
 
     version: Literal[1] = 1

@@ -12,14 +12,14 @@ from reports import LACKED, OTHERS, PAPER, found, recorded
 from benchmarks.nulls import excesses
 from depthsim.draws import Seed
 from depthsim.gap import diagnose, investigate
+from depthsim.gap.config import DepthSignificance
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.frames import Still
+from depthsim.gap.depth.data.frames import CleanFrame
 from depthsim.gap.depth.data.histograms import BINS, ERROR
 from depthsim.gap.depth.data.simulate import Replay
-from depthsim.gap.depth.diagnose import EXCESS, EXCESS_IN_VIEW
-from depthsim.gap.depth.fit.validate import NULLS, Judge, excess
+from depthsim.gap.depth.fit.validate import Validator, excess
 from depthsim.materials import load_materials
 from depthsim.presets import preset
 from depthsim.raycast import Caster
@@ -33,6 +33,7 @@ from depthsim.sensor.pipeline import acting
 from depthsim.trajectory import load_trajectory
 
 TWO = "effects: [material_noise, {fill_rate: {rate: 0.06}}, {incidence_noise: {sigma: 0.05}}]"
+LIMIT = DepthSignificance()
 WITHOUT = tuple(name for name in (*OTHERS, "disparity_noise", "vignetting_noise") if name != "fill_rate")
 
 
@@ -53,10 +54,10 @@ def test_a_replay_is_what_the_sensor_measures(name: str) -> None:
     motion = Motion.along(looked.run.trajectory)
     sensor = Sensor(Caster(looked.scene), looked.camera, effects, looked.materials)
     replay = Replay(sensor.caster, looked.materials, looked.camera, motion)
-    for still in looked.stills.values():
-        keys = {"index": still.index, "stamp": still.stamp, "seed": seed, "motion": motion, "threads": 1}
-        measured = sensor.measure(still.pose, **keys)
-        assert (replay.measure(acting(effects), still, seed) == measured.depth_raw).all()
+    for frame in looked.frames.values():
+        keys = {"index": frame.index, "stamp": frame.stamp, "seed": seed, "motion": motion, "threads": 1}
+        measured = sensor.measure(frame.pose, **keys)
+        assert (replay.measure(acting(effects), frame, seed) == measured.depth_raw).all()
 
 
 @pytest.mark.parametrize("seed", [0, 1, 7, 8, 31, 1000])
@@ -64,9 +65,9 @@ def test_no_recording_has_the_random_numbers_of_the_diagnosis(seed: int, monkeyp
     run, drawn = Run.open(recorded(PAPER, seed)), []
     measure = Replay.measure
 
-    def watched(self: Replay, effects: list[Effect], still: Still, number: Seed) -> NDArray[np.uint16]:
-        picture = measure(self, effects, still, number)
-        drawn.append((picture == run.depth_raw(still.index)).mean())
+    def watched(self: Replay, effects: list[Effect], frame: CleanFrame, number: Seed) -> NDArray[np.uint16]:
+        picture = measure(self, effects, frame, number)
+        drawn.append((picture == run.depth_raw(frame.index)).mean())
         return picture
 
     monkeypatch.setattr(Replay, "measure", watched)
@@ -102,35 +103,35 @@ def test_one_cause_closes_what_the_diagnosis_closes() -> None:
     assert cause.ci95_closed == pytest.approx(d.gap.ci95, abs=1e-9)
 
 
-def _views(*sizes: int) -> Ruler:
+def _axes(*sizes: int) -> Ruler:
     return Ruler.of([Axis("range", ERROR, size, lambda *_: np.zeros(1, int), str) for size in sizes])
 
 
 def test_views_without_pixels_do_not_count_and_those_without_chance_do() -> None:
-    ruler, bins = _views(1, 1, 1), int(BINS[ERROR])
+    ruler, bins = _axes(1, 1, 1), int(BINS[ERROR])
     a, b = np.zeros((2, 3 * bins))
     a[0], b[1] = 10, 10  # the first view at odds, the second the same, the third without a pixel
     a[bins], b[bins] = 10, 10
-    assert ruler.by_view(a, b).tolist() == [1, 0, 0]
+    assert ruler.by_axis(a, b).tolist() == [1, 0, 0]
     assert ruler.gap(a, b) == pytest.approx(0.5)
-    assert ruler.over_views(np.array([[1.0, 0, 0], [0.5, 0.25, 7]]), a) == pytest.approx([0.5, 0.375])
+    assert ruler.over_axes(np.array([[1.0, 0, 0], [0.5, 0.25, 7]]), a) == pytest.approx([0.5, 0.375])
     assert ruler.gap(0 * a, 0 * b) == 0
 
 
 def test_what_has_no_chance_in_it_is_at_its_floor_or_far_above() -> None:
-    ruler, counts = _views(1, 1), np.full(2 * int(BINS[ERROR]), 100)
-    nothing = np.zeros((NULLS, 2))
-    same, by_view = excess(ruler, np.zeros(2), nothing, counts)
-    assert same == pytest.approx(0, abs=1e-9) and by_view == pytest.approx(0, abs=1e-9)
-    other, by_view = excess(ruler, np.array([0.01, 0]), nothing, counts)
-    assert other > EXCESS and by_view[0] > EXCESS_IN_VIEW and by_view[1] < 1
+    ruler, counts = _axes(1, 1), np.full(2 * int(BINS[ERROR]), 100)
+    nothing = np.zeros((LIMIT.runs, 2))
+    same, by_axis = excess(ruler, np.zeros(2), nothing, counts, LIMIT)
+    assert same == pytest.approx(0, abs=1e-9) and by_axis == pytest.approx(0, abs=1e-9)
+    other, by_axis = excess(ruler, np.array([0.01, 0]), nothing, counts, LIMIT)
+    assert other > LIMIT.excess and by_axis[0] > LIMIT.excess_along_axis and by_axis[1] < 1
 
 
 @pytest.mark.parametrize(("profile", "frames"), [("paper", 4), ("d435", 4), ("d435", 8), ("d415", 20)])
 def test_two_runs_of_one_sensor_are_hardly_ever_a_gap(profile: str, frames: int) -> None:
     looked = evidence(profile, frames)
-    scored = excesses(Judge(looked, looked.test), 24, 4)
-    assert (scored > [EXCESS, EXCESS_IN_VIEW]).any(axis=1).mean() < 0.01
+    scored = excesses(Validator(looked, looked.test), 24, 4)
+    assert (scored > [LIMIT.excess, LIMIT.excess_along_axis]).any(axis=1).mean() < 0.01
     assert np.abs(np.median(scored[:, 0])) < 1
 
 
@@ -145,9 +146,9 @@ def test_two_runs_of_one_sensor_are_hardly_ever_a_gap(profile: str, frames: int)
 )
 def test_weak_effects_stand_out(effect: str, value: dict[str, float]) -> None:
     looked = evidence("paper", 8)
-    judge = Judge(looked, looked.test)
+    validator = Validator(looked, looked.test)
     base = [e for e in looked.base if e.id != effect]
-    judge.real = looked.simulate((*base, effect_class(effect)(**value)), looked.test, Seed("test"))
-    score = judge.score(looked.base)
-    assert score.excess > EXCESS or score.excess_by_view.max() > EXCESS_IN_VIEW
-    assert all(np.any(a != b) for a, b in combinations(judge.runs(looked.base), 2))
+    validator.real = looked.simulate((*base, effect_class(effect)(**value)), looked.test, Seed("test"))
+    score = validator.score(looked.base)
+    assert score.excess > LIMIT.excess or score.excess_by_axis.max() > LIMIT.excess_along_axis
+    assert all(np.any(a != b) for a, b in combinations(validator.runs(looked.base, LIMIT.runs), 2))

@@ -9,16 +9,16 @@ from scipy.spatial.transform import Rotation
 from shapes import as_scene, box, quad
 
 from depthsim.camera import Camera
-from depthsim.gap.depth.data import counting
-from depthsim.gap.depth.data import histograms as fingerprint
+from depthsim.gap.config import DepthData
+from depthsim.gap.depth.data import counting, histograms
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.covariates import covariates
 from depthsim.gap.depth.data.divergence import Ruler
-from depthsim.gap.depth.data.frames import choose_frames
+from depthsim.gap.depth.data.frames import select_frames
 from depthsim.gap.depth.data.quantization import _steps_of
-from depthsim.gap.depth.fit.candidates import hypotheses
-from depthsim.gap.depth.fit.validate import jackknife
+from depthsim.gap.depth.fit.candidates import candidates
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
+from depthsim.gap.resampling import jackknife
 from depthsim.materials import load_materials
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
@@ -101,12 +101,12 @@ def _count(units: NDArray[np.uint16], clean: NDArray[np.float32], kind: int) -> 
     error, coarse = np.empty(pixels, np.float32), np.empty(pixels, np.uint8)
     flat, unit = clean.reshape(-1), np.float32(0.001)
     per_spread, across = np.full(pixels, 100, np.float32), np.zeros(pixels, np.float32)
-    fingerprint.errors(units.reshape(-1), unit, flat, per_spread, error, coarse)
-    bins = np.zeros((len(fingerprint.BINS), pixels), np.uint8)
-    fingerprint.codes(
+    histograms.errors(units.reshape(-1), unit, flat, per_spread, error, coarse)
+    bins = np.zeros((len(histograms.BINS), pixels), np.uint8)
+    histograms.codes(
         units.reshape(-1), unit, flat, across, np.float32(20), width, error, coarse, np.empty(0, np.uint8), 0, 1, bins
     )
-    kinds, offsets, size = np.array([kind]), np.array([0]), int(fingerprint.BINS[kind])
+    kinds, offsets, size = np.array([kind]), np.array([0]), int(histograms.BINS[kind])
     rows, cells = np.arange(units.shape[0]), np.zeros((1, pixels), np.uint16)
     where = counting.places(cells, kinds, offsets, size, rows=rows, across=across, follows=False)
     counts = np.zeros(size + counting.SPARE, np.uint32)
@@ -121,20 +121,20 @@ def test_every_pixel_is_counted_once(seed: int, holes: float) -> None:
     rng = np.random.default_rng(seed)
     clean = rng.uniform(0.5, 5, (12, 17)).astype(np.float32)
     units = np.where(rng.random(clean.shape) < holes, 0, (clean + rng.normal(0, 0.01, clean.shape)) * 1000)
-    counts = _count(units.astype(np.uint16), clean, fingerprint.ERROR)
+    counts = _count(units.astype(np.uint16), clean, histograms.ERROR)
     assert counts.sum() == clean.size
-    assert counts[fingerprint.ERROR_LOST] == (units.astype(np.uint16) == 0).sum()
+    assert counts[histograms.ERROR_HOLE] == (units.astype(np.uint16) == 0).sum()
 
 
 def test_a_bias_moves_the_bins_and_its_sign_is_kept() -> None:
     clean = np.full((20, 20), 2.0, np.float32)
-    near, far = (_count(np.full(clean.shape, v, np.uint16), clean, fingerprint.ERROR) for v in (1990, 2010))
+    near, far = (_count(np.full(clean.shape, v, np.uint16), clean, histograms.ERROR) for v in (1990, 2010))
     assert near.argmax() < 16 <= far.argmax()
     assert near.argmax() + far.argmax() == 31
 
 
 def _ruler(cells: int = 3) -> Ruler:
-    return Ruler.of([Axis("range", fingerprint.ERROR, cells, lambda *_: np.zeros(1, int), str)])
+    return Ruler.of([Axis("range", histograms.ERROR, cells, lambda *_: np.zeros(1, int), str)])
 
 
 @settings(max_examples=50, deadline=None)
@@ -175,7 +175,7 @@ def test_roots_have_the_squared_hellinger_distance() -> None:
 @pytest.mark.parametrize("count", [2, 3, 7, 10, 40, 41, 300, 10_000])
 @pytest.mark.parametrize("pixels", [10_000, 100_000, 400_000, 2_000_000])
 def test_blocks_are_disjoint_and_span_the_run(count: int, pixels: int) -> None:
-    blocks = choose_frames(count, pixels)
+    blocks = select_frames(count, pixels, DepthData())
     frames = np.concatenate(blocks)
     assert len(blocks) >= 2
     assert len(np.unique(frames)) == len(frames) <= 45
@@ -185,21 +185,21 @@ def test_blocks_are_disjoint_and_span_the_run(count: int, pixels: int) -> None:
 def test_the_bank_is_the_registry() -> None:
     setting = Setting(("cement", "wood"), np.linspace(0.5, 5, 12), 3.0, load_materials())
     base = load_profile("paper").effects
-    found = hypotheses(base, setting)
+    found = candidates(base, setting)
     assert {h.effect for h in found} == set(effect_ids())
-    assert {h.effect for h in hypotheses(base, setting, ("fill_rate",))} == set(effect_ids()) - {"fill_rate"}
-    for hypothesis in found:
-        for values in hypothesis.starts:
-            effects = hypothesis.build(base, hypothesis.encode(values))
-            assert hypothesis.effect in {e.id for e in effects}
-            assert not {e.id for e in effects} & hypothesis.replaces
+    assert {h.effect for h in candidates(base, setting, ("fill_rate",))} == set(effect_ids()) - {"fill_rate"}
+    for candidate in found:
+        for values in candidate.starts:
+            effects = candidate.build(base, candidate.encode(values))
+            assert candidate.effect in {e.id for e in effects}
+            assert not {e.id for e in effects} & candidate.replaces
 
 
 @given(st.floats(-1, 2))
 def test_parameters_survive_their_encoding(share: float) -> None:
     setting = Setting(("cement",), np.linspace(0.5, 5, 12), 3.0, load_materials())
-    for hypothesis in hypotheses(load_profile("clean").effects, setting):
-        for free in hypothesis.free:
+    for candidate in candidates(load_profile("clean").effects, setting):
+        for free in candidate.free:
             low, high = free.low, min(free.high, 100.0)
             value = min(max(low + share * (high - low), low), high)
             value = round(value) if free.whole else value
@@ -210,7 +210,7 @@ def test_the_jackknife_of_a_mean_is_the_t_interval() -> None:
     from scipy import stats
 
     values = np.random.default_rng(0).normal(3, 2, 9)
-    mean, (low, high) = jackknife(lambda kept: values[kept].mean(), np.arange(9))
+    mean, (low, high) = jackknife(lambda kept: values[kept].mean(), 9)
     expected = stats.t.interval(0.95, 8, values.mean(), stats.sem(values))
     assert (mean, low, high) == pytest.approx((values.mean(), *expected))
 
@@ -222,17 +222,17 @@ def test_diagnosis_json_has_the_keys_that_others_read() -> None:
     gap = Gap(measure="x", unit="bits", before=1, after=0.2, floor=0.1, closed_fraction=0.9, ci95=(0.8, 1))
     cause = Cause(effect="fill_rate", parameters={"rate": 0.1}, closed_fraction=0.9, ci95_closed=(0.8, 1))
     rest = Unexplained(fraction=0.1, where=(cut,), description="words")
-    told = json.loads(
+    stored = json.loads(
         Diagnosis(verdict="explained", gap=gap, where=(cut,), causes=(cause,), unexplained=rest).to_json()
     )
-    assert told["version"] == 1
-    assert set(told["gap"]) == {"measure", "unit", "before", "after", "floor", "closed_fraction", "ci95"}
-    assert {"axis", "interval", "unit", "share_of_gap", "what"} <= set(told["where"][0])
-    assert "label" not in told["where"][0]
+    assert stored["version"] == 1
+    assert set(stored["gap"]) == {"measure", "unit", "before", "after", "floor", "closed_fraction", "ci95"}
+    assert {"axis", "interval", "unit", "share_of_gap", "what"} <= set(stored["where"][0])
+    assert "label" not in stored["where"][0]
     assert {"effect", "parameters", "ci95", "closed_fraction", "ci95_closed", "indistinguishable_from"} <= set(
-        told["causes"][0]
+        stored["causes"][0]
     )
-    assert {"fraction", "where", "description"} <= set(told["unexplained"])
+    assert {"fraction", "where", "description"} <= set(stored["unexplained"])
 
 
 @settings(max_examples=25, deadline=None)
@@ -242,10 +242,10 @@ def test_steps_are_seen_in_the_spectrum(step: float, origin: float, seed: int) -
     there = rng.uniform(4, 30, 40_000)
     noisy = there + rng.normal(0, 0.08, there.size)
     seen = (np.round(noisy / step - origin) + origin) * step
-    found = _steps_of(seen, there)
+    found = _steps_of(seen, there, DepthData())
     assert found is not None
     assert abs(found[0] / step - 1) < 3e-4
-    # 17 px lie between the middle of the disparities and 0, where the origin is told.
+    # 17 px lie between the middle of the disparities and 0, where the origin is reported.
     apart = found[1] - origin
     assert abs(apart - round(apart)) < 17 * 3e-4 / step + 0.03
-    assert _steps_of(noisy, there) is None
+    assert _steps_of(noisy, there, DepthData()) is None

@@ -25,7 +25,7 @@ STEPS = "effects: [disparity_quantization, invalid_band]"
 BANK = ("material_noise", "disparity_noise", "fill_rate")
 OTHERS = tuple(name for name in effect_ids() if name not in BANK)
 ALIKE = {"d415", "d435", "d455"}
-"""The same chip: so few pixels do not tell them apart."""
+"""The same chip: in so few pixels they are indistinguishable."""
 
 _KEPT = TemporaryDirectory(prefix="depthsim_profiles_")
 
@@ -48,7 +48,7 @@ def steps(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def holds(found: Diagnosis) -> None:
-    """What is told adds up."""
+    """What is reported adds up."""
     gap = found.gap
     closed = [cause.closed_fraction for cause in found.causes]
     assert sum(closed) == pytest.approx(gap.closed_fraction, abs=1e-9)

@@ -66,9 +66,9 @@ def test_the_folder_holds_what_is_promised(report: Path) -> None:
     assert sorted(path.name for path in report.iterdir()) == [
         "diagnosis.json", "drawing.json", "index.html", "report.yaml", "sensor.yaml", "where.npz",
     ]  # fmt: skip
-    told = Diagnosis.model_validate(json.loads((report / "diagnosis.json").read_text()))
-    assert told == found().diagnosis
-    assert told.causes[0].effect == "incidence_noise"
+    stored = Diagnosis.model_validate(json.loads((report / "diagnosis.json").read_text()))
+    assert stored == found().diagnosis
+    assert stored.causes[0].effect == "incidence_noise"
     origin = yaml.safe_load((report / "report.yaml").read_text())
     assert origin == {"run": str(found().evidence.run.path), "sensor": "paper"}
 
@@ -160,7 +160,7 @@ def test_comments_stay_comments() -> None:
     assert yaml.safe_load(text) is None
 
 
-def test_time_is_told_from_the_first_frame_whatever_the_clock(tmp_path: Path) -> None:
+def test_time_is_reported_from_the_first_frame_whatever_the_clock(tmp_path: Path) -> None:
     """Stamps of a clock of today make `1.31e+09 to 1.31e+09 s` of every part of a recording."""
     run = Path(shutil.copytree(recorded(PAPER), tmp_path / "run"))
     for name in ("depth.txt", "groundtruth.txt"):
@@ -169,12 +169,12 @@ def test_time_is_told_from_the_first_frame_whatever_the_clock(tmp_path: Path) ->
     opened = Run.open(run)
     for index in range(4, 8):  # the camera grows warm
         opened.files[index].write_bytes(encode_png((opened.depth_raw(index) * 1.06).astype(np.uint16)))
-    told = investigate(run, sensor="paper", without=effect_ids(), threads=1).diagnosis
-    time = next(cut for cut in told.where if cut.axis == "time")
+    late = investigate(run, sensor="paper", without=effect_ids(), threads=1).diagnosis
+    time = next(cut for cut in late.where if cut.axis == "time")
     assert time.interval is not None and time.interval[1] == pytest.approx(7, abs=1e-6)
     assert 2 < time.interval[0] < 6
     assert place_in_words(time).endswith(" to 7 s")
-    both = next((cut for cut in told.where if cut.axis == "time x range"), None)
+    both = next((cut for cut in late.where if cut.axis == "time x range"), None)
     assert both is None or "130503" not in place_in_words(both)
 
 

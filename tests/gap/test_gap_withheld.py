@@ -20,7 +20,7 @@ RIVALS = {"material_noise", "disparity_noise", "fill_rate", "thermal_drift", "vi
 """A fifth of the bank, beside what is true: the whole bank takes a minute a case."""
 
 
-def judged(number: int, folder: Path) -> tuple[dict, Diagnosis]:
+def validated(number: int, folder: Path) -> tuple[dict, Diagnosis]:
     wanted = replace(CASES[number], frames=12, size=(160, 90))
     write_case(draw_case(wanted), folder)
     truth = json.loads((folder / "case.json").read_text())
@@ -32,16 +32,16 @@ def judged(number: int, folder: Path) -> tuple[dict, Diagnosis]:
 
 @pytest.mark.parametrize("number", range(len(CASES)), ids=[f"{c.tier}-{'+'.join(c.effects)}" for c in CASES])
 def test_case(number: int, tmp_path: Path) -> None:
-    truth, found = judged(number, tmp_path)
+    truth, found = validated(number, tmp_path)
     true = {effect["effect"] for effect in truth["effects"]}
-    told = [cause.effect for cause in found.causes]
+    named = [cause.effect for cause in found.causes]
     tied = {name for cause in found.causes for name in cause.indistinguishable_from}
     off = any(abs(value) > 0 for value in (truth.get("m_offsets") or {}).values())
     assert found.gap.floor >= 0
     match truth["tier"]:
         case "a":
             assert found.verdict in ("explained", "partly_explained")
-            assert true & ({told[0]} | tied | (set(told[1:2]) if off else set())), (told, found.gap)
+            assert true & ({named[0]} | tied | (set(named[1:2]) if off else set())), (named, found.gap)
             assert found.gap.closed_fraction > 0.15
             assert found.gap.after < found.gap.before
         case "b":
@@ -51,8 +51,8 @@ def test_case(number: int, tmp_path: Path) -> None:
             right = set(truth["right_axes"]) | {a for e in true for a in RIGHT_AXES.get(e, ())}
             assert axes & right
         case "c":
-            assert true & set(told)
+            assert true & set(named)
         case "d":
             # With m a little off there is a gap, which another law of the noise may explain as well.
-            assert set(told) <= ({"material_noise", "disparity_noise"} if off else set())
+            assert set(named) <= ({"material_noise", "disparity_noise"} if off else set())
             assert off or found.verdict == "no_gap"

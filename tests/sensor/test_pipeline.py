@@ -10,7 +10,7 @@ from shapes import as_scene, box, quad
 
 import depthsim
 from depthsim.camera import Camera
-from depthsim.gap.depth.data.frames import Still
+from depthsim.gap.depth.data.frames import CleanFrame
 from depthsim.gap.depth.data.simulate import FITTING, Replay
 from depthsim.materials import load_materials
 from depthsim.raycast import Caster
@@ -45,10 +45,10 @@ def agree(effects: list[Effect], kind: str, seed: int = 7) -> None:
     seen = Sensor(caster(kind), CAMERA, effects, materials).measure(pose, **keys)
     none = np.empty(0, np.float32)
     met = caster(kind).cast(CAMERA, pose, right=True)
-    still = Still(INDEX, STAMP, pose, met, none, none, np.empty((0, 0), np.uint16))
+    frame = CleanFrame(INDEX, STAMP, pose, met, none, none, np.empty((0, 0), np.uint16))
     replay = Replay(caster(kind), materials, CAMERA, MOVING)
     for _ in range(2):
-        np.testing.assert_array_equal(replay.measure(acting(effects), still, seed), seen.depth_raw)
+        np.testing.assert_array_equal(replay.measure(acting(effects), frame, seed), seen.depth_raw)
     assert met.hit.all() if kind == "closed" else 0.1 < met.hit.mean() < 0.9
 
 

@@ -1,6 +1,6 @@
 """Two recordings of one scene without a simulator: whether their cameras differ, and how.
 
-Each is compared with its own clean geometry; errors are told in one measure for both, the spread that the paper's
+Each is compared with its own clean geometry; errors are measured in one unit for both, the spread that the paper's
 sensor would have. Pixels are given weights by which both runs have seen the same ranges of the same materials, so that
 what the cameras looked at does not count. The floor is the gap between two halves that have as much of each run.
 """
@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.errors import InputError
-from depthsim.gap.depth.data.divergence import Ruler
+from depthsim.gap.config import DepthCompare, DepthConfig
+from depthsim.gap.depth.data.divergence import MEASURE, UNIT, Ruler
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.histograms import ACROSS, BINS, ERROR, PHASE
-from depthsim.gap.depth.diagnose import MEASURE, UNIT
 from depthsim.gap.depth.where.differences import Difference, compare_cells
 from depthsim.gap.depth.where.localize import PAIRS, beyond_each, shortest_row
 from depthsim.gap.diagnosis import Cut, Diagnosis, Gap, Unexplained
@@ -28,11 +28,6 @@ from depthsim.scenefile.load import load_scene
 from depthsim.sensor.profile import load_profile
 
 Floats = NDArray[np.float64]
-_SPLITS = 24
-_ABOVE = 4.0
-"""How many standard deviations of the splits the gap must be above their mean, and above every one of them."""
-_HEAVIEST = 10.0
-_MOST = 6
 Say = Callable[[str], None]
 
 
@@ -56,13 +51,14 @@ def compare(
     out: str | Path | None = None,
     threads: int | None = None,
     materials: str | Path | Materials | None = None,
+    config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     say: Say = lambda _: None,
 ) -> Diagnosis:
     """Where two recordings of one scene differ, and in what way; see :func:`compare_runs`.
 
     out: a folder for diagnosis.json and index.html.
     """
-    compared = compare_runs(first, second, scene=scene, threads=threads, materials=materials, say=say)
+    compared = compare_runs(first, second, scene=scene, threads=threads, materials=materials, config=config, say=say)
     if out is None:
         return compared.diagnosis
     from depthsim.gap.depth.report.compare import write_comparison
@@ -79,6 +75,7 @@ def compare_runs(
     scene: str | Path | Scene | None = None,
     threads: int | None = None,
     materials: str | Path | Materials | None = None,
+    config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     say: Say = lambda _: None,
 ) -> Comparison:
     """Where two recordings of one scene differ, and in what way. scene: that of the first, or of the second.
@@ -89,28 +86,28 @@ def compare_runs(
     place = _scene(runs, scene, materials)
     scale = load_profile("paper").effects
     say("casting the scene for A")
-    a = Evidence(runs[0], place, materials, scale, threads)
+    a = Evidence(runs[0], place, materials, scale, threads, config=config)
     say("casting the scene for B")
-    b = Evidence(runs[1], place, materials, scale, threads, like=a)
+    b = Evidence(runs[1], place, materials, scale, threads, a, config)
     if a.size != b.size:
         raise InputError(runs[1].path, "", "has stamps that do not advance", "give runs of 2 or more different stamps")
     say("comparing")
-    ruler = Ruler.of(a.axes)
-    counts_a, counts_b, overlap = _weighted(a, b)
+    ruler, limit = Ruler.of(a.axes), config.compare
+    counts_a, counts_b, overlap = _weighted(a, b, limit)
     gap = _apart(ruler, counts_a, counts_b)
-    splits = _splits(counts_a, counts_b)
+    splits = _splits(counts_a, counts_b, limit.splits)
     chance = np.array([_apart(ruler, *pair) for pair in splits])
     floor = float(chance.mean())
-    differ = gap > max(floor + _ABOVE * float(chance.std()), float(chance.max()), 1.1 * floor)
-    told = Gap(measure=MEASURE, unit=UNIT, before=gap, after=gap, floor=floor, closed_fraction=0.0, ci95=(0.0, 0.0))
+    differ = gap > max(floor + limit.above * float(chance.std()), float(chance.max()), limit.ratio * floor)
+    found = Gap(measure=MEASURE, unit=UNIT, before=gap, after=gap, floor=floor, closed_fraction=0.0, ci95=(0.0, 0.0))
     where = _where(a, ruler, counts_a, counts_b, splits) if differ else ()
-    rest = Unexplained(fraction=1.0, where=where, description=_describe(where)) if differ else None
+    unexplained = Unexplained(fraction=1.0, where=where, description=_describe(where)) if differ else None
     diagnosis = Diagnosis(
         verdict="unexplained" if differ else "no_gap",
-        gap=told,
+        gap=found,
         where=where,
         causes=(),
-        unexplained=rest,
+        unexplained=unexplained,
         notes=_notes(a, b, overlap),
     )
     return Comparison(diagnosis, a, b, counts_a, counts_b, overlap)
@@ -119,13 +116,13 @@ def compare_runs(
 def _scene(runs: tuple[Run, Run], scene: str | Path | Scene | None, materials: Materials) -> Scene:
     found = scene if scene is not None else runs[0].scene or runs[1].scene
     if found is None:
-        raise InputError(runs[0].path, "", "holds no scene, nor does the other run", "put one there, or give --scene")
+        raise InputError(runs[0].path, "", "holds no scene, nor does the other run", "put one there, or give `scene`")
     return load_scene(found, materials=materials)
 
 
-def _weighted(a: Evidence, b: Evidence) -> tuple[Floats, Floats, float]:
+def _weighted(a: Evidence, b: Evidence, limit: DepthCompare) -> tuple[Floats, Floats, float]:
     """The counts of both as if they had seen the same ranges of the same materials, and how much both have seen."""
-    number = next(n for n, view in enumerate(a.axes) if view.name == "range x material" and view.kind == ERROR)
+    number = next(n for n, axis in enumerate(a.axes) if axis.name == "range x material" and axis.kind == ERROR)
     bins, size, begin = int(BINS[ERROR]), a.axes[number].size, int(a.offsets[number])
     shares = []
     for one in (a, b):
@@ -135,7 +132,7 @@ def _weighted(a: Evidence, b: Evidence) -> tuple[Floats, Floats, float]:
     both = np.minimum(*shares)
     weighted = []
     for one, share in zip((a, b), shares, strict=True):
-        weight = np.clip(both / np.maximum(share, 1e-12), 0, _HEAVIEST)
+        weight = np.clip(both / np.maximum(share, 1e-12), 0, limit.largest_weight)
         nothing = np.zeros(size * bins)
         correction = number, begin, np.repeat(weight, bins), nothing, np.zeros(size, np.int64)
         weighted.append(_recounted(one, correction))
@@ -155,11 +152,11 @@ def _apart(ruler: Ruler, a: Floats, b: Floats) -> float:
     return (ruler.gap(x, y) + ruler.gap(y, x)) / 2
 
 
-def _splits(a: Floats, b: Floats) -> list[tuple[Floats, Floats]]:
+def _splits(a: Floats, b: Floats, count: int) -> list[tuple[Floats, Floats]]:
     """Halves that have as many blocks of each run."""
     draws = np.random.Generator(np.random.Philox(key=[0, 0x5A1]))
     found = []
-    for _ in range(_SPLITS):
+    for _ in range(count):
         parts: tuple[list[Floats], list[Floats]] = ([], [])
         for turn, counts in enumerate((a, b)):
             order = draws.permutation(len(counts))
@@ -179,32 +176,32 @@ def _where(
     excess = np.maximum(ruler.divergence(x, y) - chance, 0)
     totals = (ruler.totals(x) + ruler.totals(y)) / 2
     found: list[tuple[float, Cut]] = []
-    for number, view in enumerate(a.axes):
-        if view.kind >= PHASE or view.kind == ACROSS or not (view.single or view.kind != ERROR):
+    for number, axis in enumerate(a.axes):
+        if axis.kind >= PHASE or axis.kind == ACROSS or not (axis.single or axis.kind != ERROR):
             continue
-        inside = ruler.view_of_cell == number
+        inside = ruler.axis_of_cell == number
         bits = excess[inside] * totals[inside]
-        if view.kind in PAIRS:
+        if axis.kind in PAIRS:
             bits = np.minimum(bits, beyond_each(a, number, x, y) * totals[inside])
         if not bits.any():
             continue
-        cells = _part(bits / bits.sum(), ordered=bool(view.unit))
+        cells = _part(bits / bits.sum(), ordered=bool(axis.unit))
         difference = compare_cells(a, number, cells, y, x)
-        interval = view.interval(cells)
+        interval = axis.interval(cells)
         cut = Cut(
-            axis=view.name,
+            axis=axis.name,
             interval=interval,
-            label=None if interval else view.label(cells),
-            unit=view.unit if interval else "",
+            label=None if interval else axis.label(cells),
+            unit=axis.unit if interval else "",
             share_of_gap=float(bits[cells].sum() / bits.sum()),
             what=difference.what,
-            text=_told(difference),
+            text=_in_words(difference),
         )
         found.append((float(bits.sum() / max(totals[inside].sum(), 1)), cut))
     cuts: dict[str, Cut] = {}
     for _, cut in sorted(found, key=lambda pair: -pair[0]):
         cuts.setdefault(cut.axis, cut)
-    return tuple(cuts.values())[:_MOST]
+    return tuple(cuts.values())[: a.config.where.most_axes]
 
 
 def _part(shares: Floats, *, ordered: bool, enough: float = 0.7) -> NDArray[np.int64]:
@@ -215,7 +212,7 @@ def _part(shares: Floats, *, ordered: bool, enough: float = 0.7) -> NDArray[np.i
     return shortest_row(shares, enough)
 
 
-def _told(difference: Difference) -> str:
+def _in_words(difference: Difference) -> str:
     """A difference in words; bias, spread and holes of B against A."""
     match difference.what:
         case "spread":
@@ -225,7 +222,7 @@ def _told(difference: Difference) -> str:
             side = "farther" if difference.bias > 0 else "nearer"
             return f"B measures {side} than A, by {abs(difference.bias):.2f} spreads of the paper's sensor"
         case "missing":
-            b, a = (100 * share for share in difference.lost)
+            b, a = (100 * share for share in difference.holes)
             return f"{'B' if b > a else 'A'} has more holes: {a:.1f} % in A, {b:.1f} % in B"
         case "tail":
             return "the shares of far-off depths differ"
@@ -246,5 +243,5 @@ def _notes(a: Evidence, b: Evidence, overlap: float) -> tuple[str, ...]:
     if a.camera.shape != b.camera.shape:
         notes.append("the two have different resolutions: rows and columns are compared by their place in the picture")
     if overlap < 0.5:
-        notes.append(f"only {overlap:.0%} of what they saw is alike in range and material; the rest is left out")
+        notes.append(f"only {overlap:.0%} of what they saw is alike in range and material; other pixels are left out")
     return tuple(notes)

@@ -4,7 +4,8 @@ close it.
 The residual is the specific force in the body frame, measured less modelled, both low-passed at 4 Hz. Its RMS per axis
 is the gap, and its floor is the noise that the residual's own spectrum shows above the motion. RMS, rather than bits a
 sample, because a force in m/s² can be read, added up over causes, and compared with other people's figures; bias and
-slow changes are all in it, and correlation is what tells them from noise, since everything is judged on time held out.
+slow changes are all in it, and correlation is what distinguishes them from noise, since everything is validated on
+time held out.
 """
 
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.flight.diagnose import investigate
 from depthsim.gap.flight.findings import Findings
 from depthsim.gap.flight.report.write import write_report
+from depthsim.gap.report.folder import check_report_folder
 
 __all__ = ["Findings", "diagnose_flight", "investigate", "write_report"]
 
@@ -37,6 +39,8 @@ def diagnose_flight(
     seed: of the bootstrap; the same seed gives the same result. config: the thresholds. Raises
     :class:`~depthsim.errors.InputError`.
     """
+    if out is not None:
+        check_report_folder(Path(out))
     given = [logs] if isinstance(logs, (FlightLog, str, Path)) else list(logs)
     flights = [read_any(log, drop_unmeasured=True) for log in given]
     craft = load_vehicle(vehicle)

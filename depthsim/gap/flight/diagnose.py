@@ -23,7 +23,7 @@ from depthsim.gap.flight.findings import Findings, learn_all, power
 from depthsim.gap.flight.fit.candidates import bank, left_out
 from depthsim.gap.flight.fit.causes import causes_of, closed_interval, closed_share, gust_keys, rounded
 from depthsim.gap.flight.fit.nearest import only, sound
-from depthsim.gap.flight.fit.select import Choice, Progress, choose, significant
+from depthsim.gap.flight.fit.select import Progress, Selection, select, significant
 from depthsim.gap.flight.where.correction import Learned
 from depthsim.gap.flight.where.localize import cuts
 
@@ -42,81 +42,85 @@ def investigate(
     unknown = [name for name in without if name not in flight_effect_ids()]
     if unknown:
         raise InputError(
-            "--without", unknown[0], "is no effect of a flight", f"name one of {', '.join(flight_effect_ids())}"
+            "`without`", unknown[0], "is no effect of a flight", f"name one of {', '.join(flight_effect_ids())}"
         )
     say("reading forces")
     records = prepare(logs, vehicle, config)
     base = base_settings(vehicle, [log.duration for log in logs])
     problem, notes = make_problem(records, Model(vehicle), base, config), [*records.notes, *left_out(records)]
-    formulas = bank(records, problem.base, vehicle.rotors.radius, without)
+    candidates = bank(records, problem.base, vehicle.rotors.radius, without)
     say("noise and axes")
-    choice = choose(problem, formulas, GustingWind.id not in without, say)
-    quieter = with_noise(problem, choice.fit.settings)
+    selection = select(problem, candidates, GustingWind.id not in without, say)
+    quieter = with_noise(problem, selection.fit.settings)
     if (quieter.sigma < 0.8 * problem.sigma).any():
         problem = quieter
-        choice = choose(problem, formulas, GustingWind.id not in without, say)
-    command = _as_command(problem, choice, vehicle)
+        selection = select(problem, candidates, GustingWind.id not in without, say)
+    command = _as_command(problem, selection, vehicle)
     if command is not None:
         problem = command
         lag = vehicle.rotors.motor_time_constant
         notes.append(
             f"the thrust in the log is read as a command, which the motors follow with the vehicle's {lag:g} s"
         )
-        choice = choose(
+        selection = select(
             problem, bank(records, problem.base, vehicle.rotors.radius, without), GustingWind.id not in without, say
         )
     say("what is left")
-    found = _findings(problem, choice, vehicle, seed, notes, ())
+    found = _findings(problem, selection, vehicle, seed, notes, ())
     nearest: tuple[str, ...] = ()
-    while choice.fit.formulas and (kept := sound(found, bool(nearest))) != tuple(range(len(choice.fit.formulas))):
-        nearest = (*nearest, *(name for index, name in enumerate(choice.fit.effects) if index not in kept))
-        choice = only(choice, kept)
-        found = _findings(problem, choice, vehicle, seed, notes, nearest)
+    while selection.fit.candidates and (kept := sound(found, bool(nearest))) != tuple(
+        range(len(selection.fit.candidates))
+    ):
+        nearest = (*nearest, *(name for index, name in enumerate(selection.fit.effects) if index not in kept))
+        selection = only(selection, kept)
+        found = _findings(problem, selection, vehicle, seed, notes, nearest)
     return found
 
 
-def _as_command(problem: Problem, choice: Choice, vehicle: Vehicle) -> Problem | None:
-    """The problem with the log's thrust read as what the motors were told.
+def _as_command(problem: Problem, selection: Selection, vehicle: Vehicle) -> Problem | None:
+    """The problem with the log's thrust read as the motors' command.
 
     A log may have either under one name. Where all that is found is the lag that the vehicle's motors have anyway, the
     log has the commands, and that is no gap.
     """
     lag = vehicle.rotors.motor_time_constant
-    fit = choice.fit
-    if fit.effects != (ThrustLag.id,) or problem.base.lag or choice.gusts is not None or not lag:
+    fit = selection.fit
+    if fit.effects != (ThrustLag.id,) or problem.base.lag or selection.gusts is not None or not lag:
         return None
     found = fit.values[0][0] * (1 + (fit.values[0][1] if len(fit.values[0]) > 1 else 0.0))
     if abs(found - lag) > max(problem.config.data.same_lag * lag, 2 * float(fit.errors[0][0])):
         return None
-    told = replace(problem, base=replace(problem.base, lag=lag))
-    return with_noise(told, told.base)
+    commanded = replace(problem, base=replace(problem.base, lag=lag))
+    return with_noise(commanded, commanded.base)
 
 
 def _findings(
-    problem: Problem, choice: Choice, vehicle: Vehicle, seed: int, notes: list[str], nearest: tuple[str, ...]
+    problem: Problem, selection: Selection, vehicle: Vehicle, seed: int, notes: list[str], nearest: tuple[str, ...]
 ) -> Findings:
-    fit, start = choice.fit, choice.start
+    fit, start = selection.fit, selection.start
     noise = np.minimum(problem.noise(fit.settings)[0], problem.noise(problem.base)[0])
     before, after = start.residual[:, 0], fit.held_out[:, 0]
     noise = np.minimum(noise, np.sqrt(np.minimum((before**2).mean(axis=0), (after**2).mean(axis=0))))
     floor = float(np.sqrt((noise**2).mean()))
-    causes, steps = causes_of(problem, choice, floor, seed)
+    causes, steps = causes_of(problem, selection, floor, seed)
     state = state_of(problem, problem.base)
     learned = learn_all(problem, before, problem.base, noise)
     left = learn_all(problem, after, fit.settings, noise)
     gap_power, rest_power = power(before, noise), power(after, noise)
     there = [one for one in learned if significant(one.gains, problem.config)]
     limit = problem.config.significance
-    least = limit.rest if choice.gusts is None else limit.rest_of_gusts
-    rest = [
+    least = limit.residual if selection.gusts is None else limit.residual_of_gusts
+    unnamed = [
         one for one in left if significant(one.gains, problem.config) and one.closed * rest_power > least * gap_power
     ]
     gap = bool(causes) or bool(there)
     after_rms = steps[-1]
     closed = closed_share(steps[0], after_rms, floor) if causes else 0.0
-    interval = closed_interval(problem, choice, floor, seed) if causes else (0.0, 0.0)
+    interval = closed_interval(problem, selection, floor, seed) if causes else (0.0, 0.0)
     unexplained = (
-        _unexplained(problem, after, fit.settings, rest, noise, (steps[0], after_rms, floor), nearest) if gap else None
+        _unexplained(problem, after, fit.settings, unnamed, noise, (steps[0], after_rms, floor), nearest)
+        if gap
+        else None
     )
     verdict: Verdict = "no_gap"
     if gap:
@@ -138,9 +142,9 @@ def _findings(
         unexplained=unexplained,
         notes=tuple(notes),
     )
-    gusts = gust_keys(problem, choice)
+    gusts = gust_keys(problem, selection)
     return Findings(
-        diagnosis, with_settings(vehicle, fit.settings, gusts), problem, choice, before, after, noise, state,
+        diagnosis, with_settings(vehicle, fit.settings, gusts), problem, selection, before, after, noise, state,
         tuple(learned), tuple(left),
     )  # fmt: skip
 
@@ -149,27 +153,27 @@ def _unexplained(
     problem: Problem,
     residual: Floats,
     s: Settings,
-    rest: list[Learned],
+    unnamed: list[Learned],
     noise: Floats,
     figures: tuple[float, float, float],
     nearest: tuple[str, ...],
 ) -> Unexplained | None:
-    if not rest:
+    if not unnamed:
         return None
     before, after, floor = figures
     fraction = float(np.clip((after - floor) / max(before - floor, 1e-9), 0.0, 1.0))
-    where = cuts(problem, residual, state_of(problem, s), rest, noise)
-    first = rest[0]
-    left = float(np.sqrt((first.rest**2).mean()))
+    where = cuts(problem, residual, state_of(problem, s), unnamed, noise)
+    first = unnamed[0]
+    left = float(np.sqrt((first.residual**2).mean()))
     learnable = float(np.clip((after - left) / max(before - floor, 1e-9), 0.0, 1.0))
-    told = (
-        f"No effect of the bank closes {fraction:.0%} of the gap. It goes with {_words(rest)}; a correction learned on "
-        f"{first.axis.replace('_', ' ')} would close {learnable:.0%} of the gap on time held out."
+    text = (
+        f"No effect of the bank closes {fraction:.0%} of the gap. It goes with {_words(unnamed)}; a correction learned "
+        f"on {first.axis.replace('_', ' ')} would close {learnable:.0%} of the gap on time held out."
     )
     if nearest:
-        told += f" Nearest in the bank: {', '.join(nearest)}, but what they leave is no noise, so they are not named."
-    return Unexplained(fraction=rounded(fraction), where=where, description=told, learnable=rounded(learnable))
+        text += f" Nearest in the bank: {', '.join(nearest)}, but what they leave is no noise, so they are not named."
+    return Unexplained(fraction=rounded(fraction), where=where, description=text, learnable=rounded(learnable))
 
 
-def _words(rest: list[Learned]) -> str:
-    return ", then ".join(one.axis.replace("_", " ") for one in rest[:3])
+def _words(unnamed: list[Learned]) -> str:
+    return ", then ".join(one.axis.replace("_", " ") for one in unnamed[:3])

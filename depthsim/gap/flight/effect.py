@@ -1,8 +1,9 @@
 """What an effect of the flight is, and the registry of all of them.
 
-The name of an effect says what happens physically; its formulas say it in several ways, since nobody knows which one a
-real vehicle follows. Its class says all that is to be known of it; nothing else has a list of effects. The registry
-finds the classes in ``depthsim/gap/flight/effects/`` and those in the files that ``DEPTHSIM_EFFECTS`` names.
+The name of an effect says what happens physically; its candidates are several formulas for it, since nobody knows
+which one a real vehicle follows. Its class says all that is to be known of it; nothing else has a list of effects. The
+registry finds the classes in ``depthsim/gap/flight/effects/`` and those in the files that ``DEPTHSIM_EFFECTS``
+names.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,7 +30,7 @@ all rotors together or of each, and errors of the accelerometer."""
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number that a formula has. start: where a fit begins. step: for derivatives. low, high: what makes sense.
+    """A number that a candidate has. start: where a fit begins. step: for derivatives. low, high: what makes sense.
 
     shape: whether a value at the bounds makes sense too, as that of an exponent or a share does.
     """
@@ -44,12 +45,12 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Formula:
+class Candidate:
     """One way to write an effect.
 
     apply: the settings with these values of the parameters. linear: whether the force is linear in them.
     columns: (n, C, A, P) its derivatives by the parameters, written into an array, where that is quicker than by
-    differences. named: the parameters as a report has them, lists by name, where they are not those of the formula.
+    differences. named: the parameters as a report has them, lists by name, where they are not those of the candidate.
     """
 
     effect: str
@@ -60,7 +61,7 @@ class Formula:
     columns: Callable[[Records, Floats], Floats] | None = None
     named: Callable[[Values, Records, Settings], dict[str, list[float]]] | None = None
 
-    def astray(self, values: Values) -> bool:
+    def at_bound(self, values: Values) -> bool:
         """Whether a fit ended at a bound; 0, where an effect is not there, is none."""
         return any(
             not one.shape and (value >= one.high or (value <= one.low and one.low != 0))
@@ -74,7 +75,7 @@ class Formula:
 
 
 class FlightEffect:
-    """One physical effect of a flight. A subclass sets ``id``, ``title``, ``axes`` and has :meth:`formulas`."""
+    """One physical effect of a flight. A subclass sets ``id``, ``title``, ``axes`` and has :meth:`candidates`."""
 
     id: ClassVar[str]
     title: ClassVar[str]
@@ -89,13 +90,13 @@ class FlightEffect:
     recording: ClassVar[str] = ""
     """what to do next where it was found, and nothing does as well"""
     apart: ClassVar[Mapping[str, str]] = {}
-    """the flight that would tell it from another effect, by the other's id; enough in one of the two"""
+    """the flight that would distinguish it from another effect, by the other's id; enough in one of the two"""
     most_left: ClassVar[float | None] = None
     """the power over its own that may still be learned when it is fitted, where it is not as for all: more speaks
     against it"""
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """The ways to write it that these logs can be asked about, those with fewer parameters first.
 
         base: the vehicle as it is known. radius: of a rotor [m].

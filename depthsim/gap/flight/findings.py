@@ -8,7 +8,7 @@ from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.flight.data.axes import State, axes_of, state_of
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.fit.select import Choice
+from depthsim.gap.flight.fit.select import Selection
 from depthsim.gap.flight.where.correction import Learned, learn, learn_time
 
 
@@ -23,7 +23,7 @@ class Findings:
     diagnosis: Diagnosis
     vehicle: Vehicle
     problem: Problem
-    choice: Choice
+    selection: Selection
     before: Floats
     after: Floats
     noise: Floats
@@ -33,7 +33,7 @@ class Findings:
 
 
 def learn_all(problem: Problem, residual: Floats, s: Settings, noise: Floats) -> list[Learned]:
-    """On every axis, the most telling first."""
+    """On every axis, the one that closes most first."""
     state = state_of(problem, s)
     found = [learn(problem, residual, axis, state, noise) for axis in axes_of(state, problem.config)]
     found.append(learn_time(problem, residual, noise)[0])

@@ -27,7 +27,7 @@ def check_report_folder(folder: Path) -> None:
     foreign = [name for name in names if name not in _OURS]
     if names and (foreign or DIAGNOSIS not in names):
         other = f", such as {foreign[0]}" if foreign else ""
-        raise InputError(folder, "", f"holds files that are not of a report{other}", "give another --out")
+        raise InputError(folder, "", f"holds files that are not of a report{other}", "give another `out`")
 
 
 @contextmanager

@@ -26,12 +26,12 @@ def show(console: Console, diagnosis: Diagnosis, origin: Origin) -> None:
         head(console, "Causes")
         for cause in diagnosis.causes:
             _cause(console, cause)
-    rest = diagnosis.unexplained
-    if rest is not None:
-        head(console, f"Unexplained: {words.percent(rest.fraction)} of the gap")
-        say(console, words.sentence(rest.description))
-        if rest.where != diagnosis.where:
-            cuts(console, rest.where)
+    left = diagnosis.unexplained
+    if left is not None:
+        head(console, f"Unexplained: {words.percent(left.fraction)} of the gap")
+        say(console, words.sentence(left.description))
+        if left.where != diagnosis.where:
+            cuts(console, left.where)
     if diagnosis.notes:
         head(console, "Notes")
         for note in diagnosis.notes:
@@ -69,10 +69,10 @@ def figures(console: Console, lines: list[tuple[str, str]]) -> None:
     console.print(table)
 
 
-def cuts(console: Console, told: tuple[Cut, ...]) -> None:
+def cuts(console: Console, where: tuple[Cut, ...]) -> None:
     """Where the gap lies, a line each."""
     table = _table()
-    for cut in told:
+    for cut in where:
         share = min(max(cut.share_of_gap, 0.0), 1.0)
         bar = "#" * round(_BAR * share)
         row = [Text(f"{100 * share:3.0f} %"), Text(words.place(cut)), Text(cut.text, style="dim")]

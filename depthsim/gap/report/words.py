@@ -70,7 +70,7 @@ def verdict(diagnosis: "Diagnosis") -> str:
         case "partly_explained":
             return (
                 f"Partly explained: {names} added, {percent(gap.closed_fraction)} of the gap is closed; "
-                "for the rest no effect was found."
+                "for what is left no effect was found."
             )
     return "Unexplained: there is a gap, and no known effect accounts for it."
 
@@ -138,13 +138,13 @@ def tie(cause: "Cause") -> str:
     """What else would explain these frames; empty where nothing would."""
     if not cause.indistinguishable_from:
         return ""
-    return f"These frames do not tell {cause.effect} from {_listed(cause.indistinguishable_from, 'or')}."
+    return f"In these frames {cause.effect} is indistinguishable from {_listed(cause.indistinguishable_from, 'or')}."
 
 
 def next_steps(diagnosis: "Diagnosis", origin: Origin) -> list[Step]:
     """What to do with the answer, with the very commands."""
     if diagnosis.verdict == "no_gap":
-        return [Step("Nothing is to be mended. Simulate with this sensor:", generate_command(origin))]
+        return [Step("Nothing is to be fixed. Simulate with this sensor:", generate_command(origin))]
     steps = []
     if diagnosis.causes:
         steps.append(Step("Simulate with the causes added:", generate_command(origin)))

@@ -127,7 +127,7 @@ def test_what_the_bank_lacks_is_unexplained_and_not_the_nearest_name(
     assert diagnosis.unexplained.learnable > (0.1 if name == "imu_bias" else 0.5)
 
 
-def test_a_slow_flight_does_not_tell_mass_from_thrust_and_says_what_would() -> None:
+def test_in_a_slow_flight_mass_is_indistinguishable_from_thrust_and_advice_says_what_would_help() -> None:
     diagnosis = diagnose_flight(log_of(Truth({"mass": 1.25}), HOPS), the_vehicle(True))
     cause = diagnosis.causes[0]
     assert {cause.effect, *cause.indistinguishable_from} == {"mass", "thrust_scale"}

@@ -90,11 +90,11 @@ def test_the_report_is_whole_and_its_vehicle_flies_without_a_gap(log: FlightLog,
     page = (out / "index.html").read_text()
     assert page.count("data:image/png;base64,") == 2
     assert "http" not in page and 'src="data:' in page
-    mended = load_vehicle(out / "vehicle.yaml")
-    assert diagnose_flight(log, mended).verdict == "no_gap"
-    flown = fly(resolve_path("circle:radius=8,center=0/0/3", 6.0), mended)
+    measured = load_vehicle(out / "vehicle.yaml")
+    assert diagnose_flight(log, measured).verdict == "no_gap"
+    flown = fly(resolve_path("circle:radius=8,center=0/0/3", 6.0), measured)
     assert flown.log.specific_force is not None
-    assert diagnose_flight(flown.log, mended).verdict == "no_gap"
+    assert diagnose_flight(flown.log, measured).verdict == "no_gap"
     assert diagnose_flight(flown.log, the_vehicle(True)).causes[0].effect == "body_drag_quadratic"
 
 
@@ -111,10 +111,10 @@ def test_what_is_found_has_a_place_in_the_vehicle(truth: Truth, tmp_path: Path) 
     hops = Flown("hops", 3.0, 4.0, 0.15, 0.9, turning=True, phase=1.3)
     log = flight(hops, truth, Noise(), 5)
     assert diagnose_flight(log, the_vehicle(True), tmp_path / "one").causes
-    mended = load_vehicle(tmp_path / "one" / "vehicle.yaml")
-    again = diagnose_flight(log, mended)
+    measured = load_vehicle(tmp_path / "one" / "vehicle.yaml")
+    again = diagnose_flight(log, measured)
     assert again.gap.before < 0.3 * diagnose_flight(log, the_vehicle(True)).gap.before
-    assert fly(resolve_path("circle:radius=8,center=0/0/3", 5.0), mended).error.max() < 5
+    assert fly(resolve_path("circle:radius=8,center=0/0/3", 5.0), measured).error.max() < 5
 
 
 def test_the_command_shows_and_writes(log: FlightLog, tmp_path: Path) -> None:

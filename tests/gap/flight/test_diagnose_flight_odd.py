@@ -38,7 +38,7 @@ def hover(log: FlightLog, mass: float) -> FlightLog:
     )
 
 
-def test_a_hover_cannot_tell_mass_from_thrust_and_nothing_else_is_tied(log: FlightLog) -> None:
+def test_in_a_hover_mass_is_indistinguishable_from_thrust_and_nothing_else_is_tied(log: FlightLog) -> None:
     diagnosis = diagnose_flight(hover(log, 1.3), the_vehicle(True))
     cause = diagnosis.causes[0]
     assert {cause.effect, *cause.indistinguishable_from} == {"mass", "thrust_scale"}
@@ -59,9 +59,9 @@ def test_a_hover_cannot_tell_mass_from_thrust_and_nothing_else_is_tied(log: Flig
 def test_columns_that_never_change_were_not_measured(column: str, said: str, log: FlightLog) -> None:
     values = getattr(log, column)
     stuck = replace(log, **{column: np.tile(values[:1], (len(log), 1))})
-    mended, notes = measured_columns(stuck)
+    measured, notes = measured_columns(stuck)
     assert len(notes) == 1 and said in notes[0]
-    now = getattr(mended, column)
+    now = getattr(measured, column)
     assert now is None or np.ptp(now, axis=0).min() > 0
     assert measured_columns(log) == (log, [])
 
@@ -126,9 +126,9 @@ def test_other_formulas_for_an_effect_have_its_name(effect: str, variant: int, t
     assert effect in (cause.effect, *cause.indistinguishable_from)
     assert len(cause.indistinguishable_from) <= 1
     assert diagnosis.gap.closed_fraction > 0.7
-    mended = load_vehicle(tmp_path / "report" / "vehicle.yaml")
+    measured = load_vehicle(tmp_path / "report" / "vehicle.yaml")
     if effect != "gusting_wind":  # whose file has their statistics, not this flight's gusts
-        assert investigate([log], mended).diagnosis.gap.before < 0.5 * diagnosis.gap.before
+        assert investigate([log], measured).diagnosis.gap.before < 0.5 * diagnosis.gap.before
 
 
 def test_a_recorder_that_drifts_and_fades() -> None:

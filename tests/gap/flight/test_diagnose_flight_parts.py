@@ -14,7 +14,7 @@ RATE = 100.0
 
 
 @pytest.mark.parametrize(("kind", "off"), [("white", 0.04), ("differentiated", 0.15)])
-def test_noise_is_told_from_slow_forces(kind: str, off: float) -> None:
+def test_noise_is_distinguished_from_slow_forces(kind: str, off: float) -> None:
     rng = np.random.default_rng(2)
     found, truth = [], []
     for _ in range(12):

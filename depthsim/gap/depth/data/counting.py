@@ -1,4 +1,4 @@
-"""Counting: each pixel's bin into the histogram of its cell, in every view at once."""
+"""Counting: each pixel's bin into the histogram of its cell, along every axis at once."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ from depthsim.kernels import kernel
 
 NO_CELL = np.uint16(65535)
 SPARE = int(BINS.max())
-"""How many counts lie beyond those of the views: what is counted nowhere is counted there."""
+"""How many counts lie beyond those of the axes: what is counted nowhere is counted there."""
 
 
 def places(
@@ -21,9 +21,9 @@ def places(
     across: NDArray[np.float32],
     follows: bool,
 ) -> NDArray[np.unsignedinteger]:
-    """(views, pixels): where the histogram of each pixel's cell begins in the counts; ``size`` is nowhere.
+    """(axes, pixels): where the histogram of each pixel's cell begins in the counts; ``size`` is nowhere.
 
-    cells: (views, pixels), NO_CELL where a pixel is not counted. kinds, offsets: of each view, see ``views.layout``.
+    cells: (axes, pixels), NO_CELL where a pixel is not counted. kinds, offsets: of each axis, see ``axis.layout``.
     rows: the rows of the picture that the pixels make up; across: (pixels,) the depth beyond an edge, 0 where there is
     none; follows: whether the frame before is known.
     """
@@ -42,7 +42,7 @@ def places(
 
 @kernel
 def count(codes, kinds, places, counts):  # noqa: ANN201 - numba
-    """Add a frame to ``counts``: (size + SPARE,). codes: (kinds, pixels), places: (views, pixels)."""
+    """Add a frame to ``counts``: (size + SPARE,). codes: (kinds, pixels), places: (axes, pixels)."""
     for w in range(kinds.size):
         bins, begin = codes[kinds[w]], places[w]
         for k in range(begin.size):
@@ -50,22 +50,22 @@ def count(codes, kinds, places, counts):  # noqa: ANN201 - numba
 
 
 @kernel
-def count_corrected(codes, kinds, places, counts, view, begin, ratio, excess, most):  # noqa: ANN201 - numba
-    """As :func:`count`, corrected along one view; counts are float64.
+def count_corrected(codes, kinds, places, counts, axis, begin, ratio, excess, most):  # noqa: ANN201 - numba
+    """As :func:`count`, corrected along one axis; counts are float64.
 
     Each pixel has the weight ``ratio`` of its bin there; ``excess`` is the share of the bins that the simulator
-    (almost) never fills, which no weight could bring: every pixel of the cell gets it in the views of the same kind.
-    begin: where the view's counts begin; most: (cells,) the number of such bins.
+    (almost) never fills, which no weight could bring: every pixel of the cell gets it in the axes of the same kind.
+    begin: where the axis's counts begin; most: (cells,) the number of such bins.
     """
-    many, nowhere = BINS[kinds[view]], counts.size - SPARE
+    many, nowhere = BINS[kinds[axis]], counts.size - SPARE
     for k in range(places.shape[1]):
         weight, cell = 1.0, np.int64(-1)
-        if places[view, k] != nowhere:
-            cell = (np.int64(places[view, k]) - begin) // many
-            weight = ratio[cell * many + codes[kinds[view], k]]
+        if places[axis, k] != nowhere:
+            cell = (np.int64(places[axis, k]) - begin) // many
+            weight = ratio[cell * many + codes[kinds[axis], k]]
         for w in range(kinds.size):
             at = np.int64(places[w, k])
             counts[at + codes[kinds[w], k]] += weight
-            if cell >= 0 and most[cell] > 0 and kinds[w] == kinds[view] and at != nowhere:
+            if cell >= 0 and most[cell] > 0 and kinds[w] == kinds[axis] and at != nowhere:
                 for b in range(many):
                     counts[at + b] += excess[cell * many + b]

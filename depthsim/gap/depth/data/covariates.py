@@ -13,7 +13,7 @@ from depthsim.sensor.motion import Motion
 
 _f = np.float32
 EDGE_REACH = 12
-"""[px] How far from a depth edge a pixel may lie to be told as near it."""
+"""[px] How far from a depth edge a pixel may lie to count as near it."""
 _JUMP = 0.04
 """Least step of a depth edge as a share of the nearer depth, beyond what the surfaces' slopes explain."""
 

@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.gap.config import DepthData
 from depthsim.gap.depth.data.covariates import Covariates
 from depthsim.scene import NO_TAG
 
 _TIMES = 6
-_LEAST_SHARE, _MOST_TAGS = 0.002, 10
-"""A material needs this share of the pixels for cells of its own, and so many have them at most."""
 
 
 @dataclass
@@ -65,6 +64,7 @@ def make_cuts(
     used: NDArray[np.integer],
     region_of_face: NDArray[np.int16],
     region_name: Callable[[int], str],
+    limit: DepthData,
 ) -> Cuts:
     """Cut the axes by what the frames ``sample`` show. stamps: of all frames; used: the frames that are looked at."""
     step = max(1, sum(c.depth.size for c in sample) // 200_000)
@@ -82,7 +82,7 @@ def make_cuts(
 
     share = np.bincount(tag, minlength=NO_TAG + 1) / len(tag)
     shown = np.full(NO_TAG + 1, -1, np.int16)
-    common = [t for t in np.argsort(-share[:NO_TAG]) if share[t] > _LEAST_SHARE][:_MOST_TAGS]
+    common = [t for t in np.argsort(-share[:NO_TAG]) if share[t] > limit.material_share][: limit.most_materials]
     shown[np.array(common, int)] = np.arange(len(common))
     first, last = float(stamps[used].min()), float(stamps[used].max())
     anything = any(h.any() for h in hit)

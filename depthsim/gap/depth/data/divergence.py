@@ -1,4 +1,4 @@
-"""How far two fingerprints are apart."""
+"""How far the histograms of two runs are apart."""
 
 from dataclasses import dataclass
 
@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.histograms import BINS
 
+MEASURE = "Jensen-Shannon divergence of the errors' distributions, mean over all axes"
+UNIT = "bits per pixel"
 Floats = NDArray[np.float64]
 Counted = NDArray[np.integer] | NDArray[np.float64]
 """(size,) how many pixels are in each bin; weighted ones are no whole numbers."""
@@ -15,33 +17,33 @@ Counted = NDArray[np.integer] | NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Ruler:
-    """Measures in the views of one diagnosis.
+    """Measures in the axes of one diagnosis.
 
-    starts: where each cell begins in the counts; view_of_cell: which view it belongs to; cell_of_bin likewise.
+    starts: where each cell begins in the counts; axis_of_cell: which axis it belongs to; cell_of_bin likewise.
     """
 
     starts: NDArray[np.int64]
-    view_of_cell: NDArray[np.int64]
+    axis_of_cell: NDArray[np.int64]
     cell_of_bin: NDArray[np.int64]
-    views: int
+    axes: int
 
     @classmethod
-    def of(cls, views: list[Axis]) -> "Ruler":
-        """The ruler of these views."""
-        bins = np.concatenate([np.full(view.size, BINS[view.kind]) for view in views])
+    def of(cls, axes: list[Axis]) -> "Ruler":
+        """The ruler of these axes."""
+        bins = np.concatenate([np.full(axis.size, BINS[axis.kind]) for axis in axes])
         starts = np.concatenate([[0], np.cumsum(bins)[:-1]])
-        view_of_cell = np.concatenate([np.full(view.size, w) for w, view in enumerate(views)])
-        return cls(starts, view_of_cell, np.repeat(np.arange(len(bins)), bins), len(views))
+        axis_of_cell = np.concatenate([np.full(axis.size, w) for w, axis in enumerate(axes)])
+        return cls(starts, axis_of_cell, np.repeat(np.arange(len(bins)), bins), len(axes))
 
     def totals(self, counts: Counted) -> Floats:
         """(cells,) how many pixels were counted."""
         return np.asarray(np.add.reduceat(counts.astype(np.float64), self.starts))
 
     def weights(self, totals: Floats) -> Floats:
-        """(cells,) share of the cell in its view, over the number of views that saw anything."""
-        in_view = np.bincount(self.view_of_cell, totals, self.views)
-        seen = max(int((in_view > 0).sum()), 1)
-        return totals / np.maximum(in_view[self.view_of_cell], 1) / seen
+        """(cells,) share of the cell in its axis, over the number of axes that saw anything."""
+        in_axis = np.bincount(self.axis_of_cell, totals, self.axes)
+        seen = max(int((in_axis > 0).sum()), 1)
+        return totals / np.maximum(in_axis[self.axis_of_cell], 1) / seen
 
     def roots(self, counts: Counted) -> Floats:
         """(size,) square roots of the shares within each cell, each times the root of the cell's weight.
@@ -63,22 +65,22 @@ class Ruler:
             bits = np.where(p > 0, p * np.log2(p / middle), 0) + np.where(q > 0, q * np.log2(q / middle), 0)
         return np.where((n > 0) & (m > 0), np.bincount(cell, bits, len(n)) / 2, 0)
 
-    def by_view(self, a: Counted, b: Counted) -> Floats:
-        """(views,) mean divergence of each view's cells [bits per pixel]."""
+    def by_axis(self, a: Counted, b: Counted) -> Floats:
+        """(axes,) mean divergence of each axis's cells [bits per pixel]."""
         totals = self.totals(a)
-        in_view = np.bincount(self.view_of_cell, totals, self.views)
-        summed = np.bincount(self.view_of_cell, totals * self.divergence(a, b), self.views)
-        return np.asarray(summed / np.maximum(in_view, 1))
+        in_axis = np.bincount(self.axis_of_cell, totals, self.axes)
+        summed = np.bincount(self.axis_of_cell, totals * self.divergence(a, b), self.axes)
+        return np.asarray(summed / np.maximum(in_axis, 1))
 
-    def over_views(self, by_view: Floats, counts: Counted) -> Floats:
-        """(...) the mean of by_view (..., views) over the views in which any pixel was counted; 0 if there is none.
+    def over_axes(self, by_axis: Floats, counts: Counted) -> Floats:
+        """(...) the mean of by_axis (..., axes) over the axes in which any pixel was counted; 0 if there is none.
 
-        Which views those are is for the scene, the poses and the mask to say, so they are the same for a recording and
+        Which axes those are is for the scene, the poses and the mask to say, so they are the same for a recording and
         for whatever sensor is simulated on it, one without any randomness included.
         """
-        counted = np.bincount(self.view_of_cell, self.totals(counts), self.views) > 0
-        return np.asarray(by_view[..., counted].sum(axis=-1) / max(int(counted.sum()), 1))
+        counted = np.bincount(self.axis_of_cell, self.totals(counts), self.axes) > 0
+        return np.asarray(by_axis[..., counted].sum(axis=-1) / max(int(counted.sum()), 1))
 
     def gap(self, a: Counted, b: Counted) -> float:
-        """The gap: the mean over the views of :meth:`by_view` [bits per pixel]."""
-        return float(self.over_views(self.by_view(a, b), a))
+        """The gap: the mean over the axes of :meth:`by_axis` [bits per pixel]."""
+        return float(self.over_axes(self.by_axis(a, b), a))

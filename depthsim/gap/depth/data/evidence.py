@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from depthsim.draws import Seed
 from depthsim.errors import InputError
-from depthsim.gap.depth.data import counting
-from depthsim.gap.depth.data import histograms as fingerprint
+from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth.data import counting, histograms
 from depthsim.gap.depth.data.axes import make_axes
 from depthsim.gap.depth.data.axis import Axis, frame_cells, layout
 from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
-from depthsim.gap.depth.data.frames import Still, choose_frames
+from depthsim.gap.depth.data.frames import CleanFrame, select_frames
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.regions import region_name, split_scene
 from depthsim.gap.depth.data.simulate import FITTING, SPREAD, Replay
@@ -32,16 +32,14 @@ from depthsim.sensor.pipeline import acting
 
 Counts = NDArray[np.uint32]
 T = TypeVar("T")
-_COUNTED = 50_000
-"""About how many pixels are counted of a frame: of a larger one, not every row."""
 
 
 class Evidence:
-    """Frames of one run with their clean geometry, cut into views, and the counts of any simulated sensor on them.
+    """Frames of one run with their clean geometry, cut into axes, and the counts of any simulated sensor on them.
 
-    blocks: the frames by block; even blocks are for fitting, odd ones for judging.
+    blocks: the frames by block; even blocks are for fitting, odd ones for validating.
     base: the effects of the simulator as it is. like: the evidence of another run in the same scene, whose cuts and
-    spread are taken, so that the counts of the two can be compared.
+    spread are taken, so that the counts of the two can be compared. config: the thresholds of the diagnosis.
     """
 
     def __init__(
@@ -52,7 +50,9 @@ class Evidence:
         base: Sequence[Effect],
         threads: int | None = None,
         like: "Evidence | None" = None,
+        config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     ) -> None:
+        self.config = config
         self.run, self.scene, self.materials, self.camera = run, scene, materials, run.camera
         self.threads = threads or core_count()
         self.caster = Caster(scene)
@@ -60,11 +60,11 @@ class Evidence:
         self._replay = Replay(self.caster, materials, run.camera, self.motion)
         self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
         self.base = tuple(base)
-        self.stride = max(1, round(run.camera.width * run.camera.height / _COUNTED))
-        self.blocks = choose_frames(len(run), run.camera.width * run.camera.height)
+        self.stride = max(1, round(run.camera.width * run.camera.height / config.data.pixels_of_frame))
+        self.blocks = select_frames(len(run), run.camera.width * run.camera.height, config.data)
         if len(self.blocks) < 2:
-            raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to judge", "give 2 or more")
-        self.stills: dict[int, Still] = {}
+            raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to validate", "give 2 or more")
+        self.frames: dict[int, CleanFrame] = {}
         self._look(like)
         self.real: dict[int, Counts] = {}
         self._count_real()
@@ -85,7 +85,7 @@ class Evidence:
 
     @property
     def test(self) -> list[int]:
-        """The blocks that are judged on."""
+        """The blocks that are validated on."""
         return list(range(1, len(self.blocks), 2))
 
     def real_counts(self, blocks: Sequence[int]) -> Counts:
@@ -123,11 +123,11 @@ class Evidence:
     def recount(
         self, block: int, pictures: Iterable[NDArray[np.uint16]], correction: tuple[Any, ...]
     ) -> NDArray[np.float64]:
-        """(size,) counts of pictures, corrected along one view; see :func:`counting.count_corrected`."""
+        """(size,) counts of pictures, corrected along one axis; see :func:`counting.count_corrected`."""
         return self._count(block, pictures, correction)
 
     def _measure(self, ordered: Sequence[Effect], index: int, seed: Seed) -> NDArray[np.uint16]:
-        return self._replay.measure(ordered, self.stills[index], seed)
+        return self._replay.measure(ordered, self.frames[index], seed)
 
     def _count(
         self,
@@ -152,22 +152,22 @@ class Evidence:
         before = np.empty(0, np.uint8)
         every = [frames[0] - 1, *frames] if ahead else frames
         for number, (index, units) in enumerate(zip(every, pictures, strict=True)):
-            still, coarse = self.stills[index], np.empty(pixels, np.uint8)
-            raw, clean = units.reshape(-1), still.geometry.depth.reshape(-1)
-            if bins.shape[1] != still.places.shape[1]:
-                bins = np.zeros((len(bins), still.places.shape[1]), np.uint8)
-            fingerprint.errors(raw, unit, clean, still.per_spread, error, coarse)
+            frame, coarse = self.frames[index], np.empty(pixels, np.uint8)
+            raw, clean = units.reshape(-1), frame.geometry.depth.reshape(-1)
+            if bins.shape[1] != frame.places.shape[1]:
+                bins = np.zeros((len(bins), frame.places.shape[1]), np.uint8)
+            histograms.errors(raw, unit, clean, frame.per_spread, error, coarse)
             if number < ahead:
                 before = coarse
                 continue
-            fingerprint.codes(
-                raw, unit, clean, still.across, focal_baseline, self.camera.width, error, coarse, before,
+            histograms.codes(
+                raw, unit, clean, frame.across, focal_baseline, self.camera.width, error, coarse, before,
                 self._first_row(index), self.stride, bins,
             )  # fmt: skip
             if correction is None:
-                counting.count(bins, self.kinds, still.places, counts)
+                counting.count(bins, self.kinds, frame.places, counts)
             else:
-                counting.count_corrected(bins, self.kinds, still.places, counts, *correction)
+                counting.count_corrected(bins, self.kinds, frame.places, counts, *correction)
             before = coarse
         return counts[: self.size]
 
@@ -203,7 +203,7 @@ class Evidence:
         self.depths = self.depths if len(self.depths) else np.ones(1, np.float32)
         cuts = make_cuts(
             self.camera, self.scene.tags, sample, self.run.stamps, np.array(frames), region_of_face,
-            partial(region_name, self.scene, region_of_face),
+            partial(region_name, self.scene, region_of_face), self.config.data,
         )  # fmt: skip
         if like is not None:
             cuts = replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times)
@@ -212,21 +212,21 @@ class Evidence:
         first_of_block = {int(block[0]) for block in self.blocks}
         for index in frames:
             met, found = looked[index]
-            self.stills[index] = Still(
+            self.frames[index] = CleanFrame(
                 index, float(self.run.stamps[index]), self.run.poses[index], met, found.across.reshape(-1),
                 np.empty(0, np.float32), np.empty((0, 0), np.uint16),
             )  # fmt: skip
         if like is None:
             ordered, some = acting(self.base), frames[:: max(1, len(frames) // 8)]
-            simulated = ((self._measure(ordered, i, SPREAD), self.stills[i].geometry) for i in some)
+            simulated = ((self._measure(ordered, i, SPREAD), self.frames[i].geometry) for i in some)
             cuts.spread_cuts, cuts.spread = spread_of(simulated, self.camera.depth_scale, len(self.scene.tags))
 
         def cut(index: int) -> None:
-            still, found = self.stills[index], looked.pop(index)[1]
-            still.per_spread = cuts.per_spread(found.depth, found.tag).reshape(-1)
+            frame, found = self.frames[index], looked.pop(index)[1]
+            frame.per_spread = cuts.per_spread(found.depth, found.tag).reshape(-1)
             rows = slice(self._first_row(index), None, self.stride)
             cells = frame_cells(self.axes, found, index, self.run.mask(index), rows)
-            still.places = counting.places(
+            frame.places = counting.places(
                 cells, self.kinds, self.offsets, self.size, rows=np.arange(self.camera.height)[rows],
                 across=found.across[rows].reshape(-1), follows=index not in first_of_block,
             )  # fmt: skip

@@ -5,20 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.config import DepthData
 from depthsim.raycast import Geometry
-
-_BLOCK = 4
-"""How many frames in a row go together at most, into fitting or into judging: neighbours in time are alike."""
-_SIMULATED = 6e6
-"""How many pixels are simulated in all."""
 
 
 @dataclass
-class Still:
+class CleanFrame:
     """One frame without a sensor.
 
     across: (pixels,) the clean depth beyond an edge [m], 0 where there is none. per_spread: (pixels,) 1 over the
-    simulator's own spread of the depth [1/m]. places: (views, pixels that are counted), see :func:`counting.places`.
+    simulator's own spread of the depth [1/m]. places: (axes, pixels that are counted), see :func:`counting.places`.
     """
 
     index: int
@@ -30,10 +26,13 @@ class Still:
     places: NDArray[np.unsignedinteger]
 
 
-def choose_frames(count: int, pixels: int) -> list[NDArray[np.int64]]:
-    """Blocks of frames in a row, spread over the run; a short run is taken whole."""
-    wanted = int(np.clip(_SIMULATED // max(pixels, 1), 20, 40))
-    length = int(np.clip(min(count, wanted) // 10, 1 if count < 8 else 2, _BLOCK))
+def select_frames(count: int, pixels: int, limit: DepthData) -> list[NDArray[np.int64]]:
+    """Blocks of frames in a row, spread over the run; a short run is taken whole.
+
+    Neighbours in time are alike, and a block is never parted between fitting and validating.
+    """
+    wanted = int(np.clip(limit.pixels // max(pixels, 1), limit.least_frames, limit.most_frames))
+    length = int(np.clip(min(count, wanted) // 10, 1 if count < 8 else 2, limit.block))
     number = max(min(count, wanted) // length, 1)
     if count <= wanted + length:
         return [block for block in np.array_split(np.arange(count), number) if len(block)]

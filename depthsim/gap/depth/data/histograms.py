@@ -1,10 +1,10 @@
-"""The fingerprint of a run: how its errors are distributed, given each of the axes that they may depend on.
+"""The histograms of a run: how its errors are distributed, given each of the axes that they may depend on.
 
-For every view (an axis or a pair of axes, cut into cells) and every cell, a histogram: of the error in units of the
+For every axis (a covariate or a pair of them, cut into cells) and every cell, a histogram: of the error in units of the
 simulator's own spread, of its difference from the neighbours', of its value beside that of a pixel some way off or of
-the frame before, of the place between the two depths of an edge, of the fraction of the disparity. What has no return
+the frame before, of the place between the two depths of an edge, of the fraction of the disparity. A hole
 is a bin like the others. The square roots of the shares have the same variance in every bin (1/4n), so the distance
-between two fingerprints needs no weights, and least squares on them is close to maximum likelihood.
+between two sets of histograms needs no weights, and least squares on them is close to maximum likelihood.
 """
 
 import numpy as np
@@ -14,12 +14,12 @@ from depthsim.kernels import kernel
 
 _f = np.float32
 ERROR, LEFT, UP, FAR_LEFT, FAR_UP, BEFORE, ACROSS, PHASE = range(8)
-"""What is counted in a view's cells; PHASE + k is the fraction of the disparity in steps of STEPS[k]."""
+"""What is counted in an axis's cells; PHASE + k is the fraction of the disparity in steps of STEPS[k]."""
 STEPS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
 _STEPS = np.array(STEPS, np.float32)
 
 MAGNITUDES = np.array([0.15, 0.4, 0.7, 1, 1.35, 1.7, 2.1, 2.6, 3.3, 4.5, 6.5, 10, 16, 30, 70], np.float32)
-ERROR_LOST, ERROR_SATURATED, ERROR_NO_SURFACE = 32, 33, 34
+ERROR_HOLE, ERROR_SATURATED, ERROR_NO_SURFACE = 32, 33, 34
 _DIFFERENCES = np.array([0.1, 0.3, 0.6, 1, 1.5, 2.2, 3.2, 5, 10, 30], np.float32)
 _MIXES = np.array([-0.3, -0.1, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1], np.float32)
 _PHASES = 12
@@ -93,16 +93,16 @@ def _difference(e, raw, other_e, other_raw, by, out):
     for u in range(e.size):
         here, there = raw[u] > 0, other_raw[u] > 0
         found = np.uint8(22) if raw[u] == other_raw[u] else out[u]
-        lost = np.uint8(23) if here else (np.uint8(24) if there else np.uint8(25))
-        out[u] = found if here & there else lost
+        holes = np.uint8(23) if here else (np.uint8(24) if there else np.uint8(25))
+        out[u] = found if here & there else holes
 
 
 @kernel
 def _pair(one, other, out):
     for u in range(one.size):
         a, b = one[u], other[u]
-        lost = np.uint8(25) if a < 5 else (np.uint8(26) if b < 5 else np.uint8(27))
-        out[u] = np.uint8(a * np.uint8(5) + b) if (a < 5) & (b < 5) else lost
+        holes = np.uint8(25) if a < 5 else (np.uint8(26) if b < 5 else np.uint8(27))
+        out[u] = np.uint8(a * np.uint8(5) + b) if (a < 5) & (b < 5) else holes
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""The spread of a simulator's own error: the measure in which errors are told."""
+"""The spread of a simulator's own error: the unit in which errors are measured."""
 
 from collections.abc import Iterable
 

@@ -7,16 +7,11 @@ right one after fifty steps.
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.config import DepthData
 from depthsim.gap.depth.data.evidence import Evidence
 
 _CELL, _SPAN = 1 / 1024, 256.0
 """Width of the histogram's cells, and of the whole [px]."""
-_COARSEST = 2.0
-"""[px] Coarser steps cannot be told from the shape of the scene."""
-_SEEN, _BESIDE = 0.15, 3.0
-"""What the spectrum must be there, with 1 where all disparities lie on steps, and how many times the scene's own."""
-_ALIKE = 0.6
-"""Overtones of the steps are as strong as they are themselves: the lowest of those this strong is taken."""
 
 
 def find_steps(evidence: Evidence) -> tuple[float, float] | None:
@@ -24,9 +19,9 @@ def find_steps(evidence: Evidence) -> tuple[float, float] | None:
     frames = [int(block[0]) for block in evidence.blocks[:: max(1, len(evidence.blocks) // 8)]]
     unit = evidence.camera.depth_scale
     measured = np.concatenate([evidence.run.depth_raw(i).reshape(-1)[::3] for i in frames])
-    clean = np.concatenate([evidence.stills[i].geometry.depth.reshape(-1)[::3] for i in frames])
+    clean = np.concatenate([evidence.frames[i].geometry.depth.reshape(-1)[::3] for i in frames])
     seen, there = (_disparities(evidence, z) for z in (measured, np.round(clean / unit)))
-    return _steps_of(seen, there) if min(len(seen), len(there)) > 2000 else None
+    return _steps_of(seen, there, evidence.config.data) if min(len(seen), len(there)) > 2000 else None
 
 
 def _disparities(evidence: Evidence, units: NDArray[np.integer] | NDArray[np.floating]) -> NDArray[np.float64]:
@@ -36,15 +31,15 @@ def _disparities(evidence: Evidence, units: NDArray[np.integer] | NDArray[np.flo
     return disparity[(disparity < _SPAN) & (disparity / known < 0.1)]
 
 
-def _steps_of(seen: NDArray[np.float64], there: NDArray[np.float64]) -> tuple[float, float] | None:
+def _steps_of(seen: NDArray[np.float64], there: NDArray[np.float64], limit: DepthData) -> tuple[float, float] | None:
     real, scene = (_spectrum(disparity) for disparity in (seen, there))
     frequencies = np.arange(len(real)) / _SPAN
-    allowed = (frequencies >= 1 / _COARSEST) & (frequencies <= 0.1 / _CELL)
+    allowed = (frequencies >= 1 / limit.coarsest_step) & (frequencies <= 0.1 / _CELL)
     # The scene has a shape, and its own spectrum with it: an edge, a wall at one distance.
-    line = np.where(allowed & (real > _BESIDE * scene), real, 0)
-    if line.max() < _SEEN:
+    line = np.where(allowed & (real > limit.step_over_scene * scene), real, 0)
+    if line.max() < limit.step_seen:
         return None
-    lowest = int(np.flatnonzero(line > _ALIKE * line.max())[0])
+    lowest = int(np.flatnonzero(line > limit.overtone * line.max())[0])
     near = slice(lowest, lowest + int(0.3 * _SPAN))
     at = frequencies[lowest + int(np.argmax(line[near]))]
     fine = at + np.linspace(-1, 1, 81) / _SPAN

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.draws import Seed
-from depthsim.gap.depth.data.frames import Still
+from depthsim.gap.depth.data.frames import CleanFrame
 from depthsim.materials import Materials
 from depthsim.raycast import Caster, Geometry
 from depthsim.scratch import Scratch
@@ -31,11 +31,11 @@ class Replay:
         self._own = threading.local()
         self._casts: dict[int, list[tuple[list[Effect], bool, Geometry]]] = {}
 
-    def measure(self, effects: Sequence[Effect], still: Still, seed: Seed) -> NDArray[np.uint16]:
+    def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
         """(height, width) the frame as the sensor with ``effects``, as :func:`acting` orders them, stores it."""
         scratch = Scratch.of_thread(self._own)
-        exposure = Exposure(still.pose, self._motion, seed, still.index, still.stamp, 1, scratch)
-        met = self._bent(effects, exposure) if bending(effects) else still.geometry
+        exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch)
+        met = self._bent(effects, exposure) if bending(effects) else frame.geometry
         depth = scratch.empty(met.depth.shape)
         depth[:] = met.depth
         return self._pipeline.apply(effects, met, depth, exposure)

@@ -1,4 +1,4 @@
-"""What recording would tell apart effects that explain the one at hand equally well."""
+"""What recording would distinguish effects that explain the one at hand equally well."""
 
 from collections.abc import Sequence
 
@@ -10,4 +10,4 @@ def advice_for(effect: str, ties: Sequence[str]) -> str:
     if not ties:
         return ""
     wishes = list(dict.fromkeys(effect_class(name).recording for name in (effect, *ties)))
-    return f"to tell {effect} from {', '.join(ties)}, record " + "; and ".join(wishes[:3])
+    return f"to distinguish {effect} from {', '.join(ties)}, record " + "; and ".join(wishes[:3])

@@ -8,13 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.config import DepthFit
+from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.parameter import Parameter, Setting, parameters_of
 
 Vector = NDArray[np.float64]
 
-_OF_RANGES = 0.08
-"""What part of the spread of the ranges in sight is a change that matters."""
+
+def setting_of(evidence: Evidence) -> Setting:
+    """What of the recording decides where fits begin."""
+    tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
+    quantiles = np.quantile(evidence.depths, Setting.SHARES).astype(float)
+    stamps = [frame.stamp for frame in evidence.frames.values()]
+    return Setting(tags, quantiles, max(stamps) - min(stamps), evidence.materials, find_steps(evidence))
 
 
 @dataclass(frozen=True)
@@ -39,7 +47,7 @@ class Free:
 
     @property
     def label(self) -> str:
-        """As it is told: ``sigma`` or ``m.cement``."""
+        """As it is reported: ``sigma`` or ``m.cement``."""
         return self.key if isinstance(self.key, str) else ".".join(self.key)
 
     def encode(self, value: float) -> float:
@@ -54,7 +62,7 @@ class Free:
 
 
 @dataclass(frozen=True)
-class Hypothesis:
+class Candidate:
     """An effect to be added to a sensor, changed in it, or put in place of another.
 
     free: what is fitted; fixed: the other parameters; starts: where to begin, as vectors of values; replaces: the ids
@@ -87,7 +95,12 @@ class Hypothesis:
         return np.array([free.encode(value) for free, value in zip(self.free, values, strict=True)])
 
 
-def hypotheses(base: Sequence[Effect], setting: Setting, without: Sequence[str] = ()) -> list[Hypothesis]:
+def candidates(
+    base: Sequence[Effect],
+    setting: Setting,
+    without: Sequence[str] = (),
+    config: DepthFit = DepthFit(),  # noqa: B008 - frozen
+) -> list[Candidate]:
     """All that may be wrong with a sensor that has the effects ``base``."""
     present = {effect.id: effect for effect in base}
     found = []
@@ -96,32 +109,34 @@ def hypotheses(base: Sequence[Effect], setting: Setting, without: Sequence[str] 
             continue
         kind = effect_class(name)
         if name in present:
-            found.append(_change(present[name], setting))
+            found.append(_change(present[name], setting, config))
         else:
             others = frozenset(effect.id for effect in base if kind.law and effect.law == kind.law)
             ways = dict.fromkeys((frozenset(), others))
-            found += [_add(kind, setting, held, way) for held in kind.forms for way in ways]
+            found += [_add(kind, setting, config, held, way) for held in kind.forms for way in ways]
     return [h for h in found if h.free]
 
 
-def _add(kind: type[Effect], setting: Setting, held: Mapping[str, float], replaces: frozenset[str]) -> Hypothesis:
+def _add(
+    kind: type[Effect], setting: Setting, config: DepthFit, held: Mapping[str, float], replaces: frozenset[str]
+) -> Candidate:
     known = parameters_of(kind)
-    free = tuple(f for f in _free(kind, setting) if f.key not in held)
+    free = tuple(f for f in _free(kind, setting, config) if f.key not in held)
     starts = _product([_begin(known[f.name], f, setting) for f in free])
     suggested = [tuple(values[f.name] for f in free) for values in kind.suggested(setting)]
     varied = {f.name for f in free if not known[f.name].by_material}
     fixed = {name: one.default for name, one in known.items() if name not in varied} | dict(held)
-    return Hypothesis(kind.id, free, fixed, (*suggested, *starts), replaces)
+    return Candidate(kind.id, free, fixed, (*suggested, *starts), replaces)
 
 
-def _change(effect: Effect, setting: Setting) -> Hypothesis:
-    free, values = _free(type(effect), setting), effect.model_dump()
+def _change(effect: Effect, setting: Setting, config: DepthFit) -> Candidate:
+    free, values = _free(type(effect), setting, config), effect.model_dump()
     start = tuple(_value(f, values, setting) for f in free)
     starts = [start]
     if len(free) == 1 and free[0].log:
         starts += [(start[0] * k,) for k in (0.2, 3)]
     fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
-    return Hypothesis(effect.id, free, fixed, tuple(starts))
+    return Candidate(effect.id, free, fixed, tuple(starts))
 
 
 def _value(free: Free, values: Mapping[str, Any], setting: Setting) -> float:
@@ -138,7 +153,7 @@ def _of_material(key: tuple[str, str], given: Mapping[str, float], setting: Sett
     return None if value is None else float(value)
 
 
-def _free(kind: type[Effect], setting: Setting) -> tuple[Free, ...]:
+def _free(kind: type[Effect], setting: Setting, config: DepthFit) -> tuple[Free, ...]:
     found: list[Free] = []
     for one in parameters_of(kind).values():
         if one.frozen:
@@ -149,17 +164,17 @@ def _free(kind: type[Effect], setting: Setting) -> tuple[Free, ...]:
         elif one.scaled == "log":
             found.append(Free(one.name, max(one.low, 1e-6 * max(one.default, 1e-3)), one.high, True, 1.0))
         else:
-            found.append(Free(one.name, one.low, one.high, False, _step(one, setting), one.whole))
+            found.append(Free(one.name, one.low, one.high, False, _step(one, setting, config), one.whole))
     return tuple(found)
 
 
-def _step(one: Parameter, setting: Setting) -> float:
+def _step(one: Parameter, setting: Setting, config: DepthFit) -> float:
     """A change of a parameter that matters, where it is not a part of its value."""
     if one.whole:
         return 1.0
     if one.scaled == "range":
         # What a range is without effect, such as 1000 m, says nothing about how finely it matters.
-        return max(_OF_RANGES * float(np.ptp(setting.depths(0.15, 0.85))), 0.01)
+        return max(config.range_step * float(np.ptp(setting.depths(0.15, 0.85))), 0.01)
     if one.neutral is not None and one.default != one.neutral:
         return abs(one.default - one.neutral) / 4
     return (one.high - one.low) / 20

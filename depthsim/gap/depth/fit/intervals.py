@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.resampling import jackknife_half
 from depthsim.sensor.effect import Effect
 
 
@@ -29,17 +29,14 @@ def parameter_intervals(evidence: Evidence, ruler: Ruler, base: Sequence[Effect]
         kept = np.delete(np.arange(len(blocks)), left_out)
         difference = ruler.roots(real[kept].sum(axis=0)) - ruler.roots(simulated[kept].sum(axis=0))
         moved.append(inverse @ (slope.T @ difference))
-    count = len(blocks)
-    shifts = np.array(moved)
-    error = np.sqrt((count - 1) / count * ((shifts - shifts.mean(axis=0)) ** 2).sum(axis=0))
     # The simulation's own chance is as large as the recording's and is in the differences already.
-    half = np.minimum(error * stats.t.ppf(0.975, count - 1), 50)
+    half = np.minimum(jackknife_half(np.array(moved)), 50)
     found: list[dict[str, Any]] = []
     at = 0
     for part, x in zip(model.parts, model.split(model.x), strict=True):
-        told: dict[str, Any] = {}
+        own: dict[str, Any] = {}
         for free, value, width in zip(part.free, x, half[at : at + len(x)], strict=True):
-            told[free.label] = [free.decode(value - width), free.decode(value + width)]
+            own[free.label] = [free.decode(value - width), free.decode(value + width)]
         at += len(x)
-        found.append(told)
+        found.append(own)
     return found

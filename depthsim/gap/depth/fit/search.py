@@ -6,38 +6,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.fit.candidates import Hypothesis
+from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, polish, refine, start
-from depthsim.gap.depth.fit.validate import Judge
+from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
-TIED = 0.01
-"""Effects whose closed fractions differ by less are not told apart, however sure the difference."""
-_LEADERS = 6
-"""How many of the bank are fitted in full after a first look at all."""
-_FAR_BEHIND = 2.0
-_SETTLING, _SETTLED = 6, 1e-4
-"""How many rounds the chosen causes are fitted once more, and what a round must gain for another."""
-_PLIANT = 4
-"""With so many parameters an effect can take up much of what is another's."""
-_TAKEN_UP = 0.1
-"""By what part of what it closes a pliant further cause may be ahead of a plain one without being preferred."""
-_JUDGED = 4
-"""How many runs a model is judged by: by one alone, a cause that closes a few per cent of the floor is luck."""
-_LOOKED_AT = 400_000
-"""As many pixels are enough for a first look."""
 Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Trial:
     """A model and its gap on the frames held out."""
 
     model: Model
     gap: float
 
     @property
-    def newest(self) -> Hypothesis:
+    def newest(self) -> Candidate:
         """What was added last."""
         return self.model.parts[-1]
 
@@ -46,12 +31,12 @@ class Search:
     """Fits models. bank: what may be wrong; before, floor: the gap of the simulator as it is, and its least."""
 
     def __init__(
-        self, evidence: Evidence, judge: Judge, bank: Sequence[Hypothesis], before: float, floor: float, say: Say
+        self, evidence: Evidence, validator: Validator, bank: Sequence[Candidate], before: float, floor: float, say: Say
     ) -> None:
-        self.evidence, self.judge, self.bank, self.say = evidence, judge, list(bank), say
-        self.before, self.floor, self.base = before, floor, evidence.base
+        self.evidence, self.validator, self.bank, self.say = evidence, validator, list(bank), say
+        self.before, self.floor, self.base, self.config = before, floor, evidence.base, evidence.config
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
-        self._chance = judge.quick(evidence.base, _JUDGED) - before
+        self._chance = validator.quick(evidence.base, self.config.fit.runs) - before
         self._few = first_look(evidence)
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
 
@@ -64,75 +49,79 @@ class Search:
         """The share of the gap that is left."""
         return (gap - self.floor) / self.whole
 
-    def judged(self, model: Model) -> Candidate:
+    def validated(self, model: Model) -> Trial:
         """The model with its gap on the frames held out."""
-        return Candidate(model, self.judge.quick(model.build(self.base), _JUDGED) - self._chance)
+        return Trial(model, self.validator.quick(model.build(self.base), self.config.fit.runs) - self._chance)
 
-    def step(self, so_far: Model | None, earlier: Sequence[Candidate] = ()) -> list[Candidate]:
+    def step(self, so_far: Model | None, earlier: Sequence[Trial] = ()) -> list[Trial]:
         """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out.
 
         earlier: the leaders of the step before, of which the first has become part of ``so_far``.
         """
-        found: list[Candidate] = []
+        found: list[Trial] = []
         least = np.inf
-        screened = self._screen(so_far)[:_LEADERS]
+        screened = self._screen(so_far)[: self.config.fit.leaders]
         for model in [*screened, *self._passed_over(screened, so_far, earlier)]:
             self.say(f"fitting {model.parts[-1].effect}")
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished=False)
             if so_far and (afresh := self._afresh(so_far, model, earlier)) is not None:
                 whole = min(whole, afresh, key=lambda fitted: fitted.loss)
-            # One that is far behind after two rounds will not win; what it closes is told as it is.
-            if whole.loss < _FAR_BEHIND * least:
+            # One that is far behind after two rounds will not win; what it closes is reported as it is.
+            if whole.loss < self.config.fit.far_behind * least:
                 whole = self.fit(whole, 4)
             least = min(least, whole.loss)
-            found.append(self.judged(whole))
-        found.sort(key=lambda candidate: candidate.gap)
+            found.append(self.validated(whole))
+        found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well the plainest comes first: holes everywhere before holes on every material.
-        margin = TIED * self.whole
-        if so_far and found and is_pliant(found[0].newest):  # it takes up some of what is still to be found, too
-            margin = max(margin, _TAKEN_UP * (self.judged(so_far).gap - found[0].gap))
+        margin = self.config.select.tied * self.whole
+        if so_far and found and self.is_flexible(found[0].newest):  # it takes up some of what is still to be found, too
+            margin = max(margin, self.config.select.taken_up * (self.validated(so_far).gap - found[0].gap))
         close = [c for c in found if c.gap - found[0].gap < margin]
-        plainest = min(close, key=lambda candidate: len(candidate.newest.free), default=None)
-        return sorted(found, key=lambda candidate: candidate is not plainest)
+        plainest = min(close, key=lambda trial: len(trial.newest.free), default=None)
+        return sorted(found, key=lambda trial: trial is not plainest)
 
-    def _passed_over(
-        self, screened: Sequence[Model], so_far: Model | None, earlier: Sequence[Candidate]
-    ) -> list[Model]:
+    def _passed_over(self, screened: Sequence[Model], so_far: Model | None, earlier: Sequence[Trial]) -> list[Model]:
         """Effects that came close in the step before, and now do not, where the first can stand for much."""
-        if so_far is None or not any(map(is_pliant, so_far.parts)):
+        if so_far is None or not any(map(self.is_flexible, so_far.parts)):
             return []
         there = {model.parts[-1].effect for model in screened} | {part.effect for part in so_far.parts}
         close = [c for c in earlier[:4] if c.newest.effect not in there and not c.newest.replaces]
         return [Model((c.newest,), c.model.split(c.model.x)[-1]) for c in close]
 
-    def _afresh(self, so_far: Model, model: Model, earlier: Sequence[Candidate]) -> Model | None:
-        """``model`` on top of ``so_far``, fitted from where the pliant causes have not yet taken up what is its own.
+    def _afresh(self, so_far: Model, model: Model, earlier: Sequence[Trial]) -> Model | None:
+        """``model`` on top of ``so_far``, fitted from where the flexible causes have not yet taken up what is its own.
 
         An m for each of ten materials comes near to what many another effect does. With those fitted, the true cause
         has little left to close, and the fit does not find the way back.
         """
-        if not any(map(is_pliant, so_far.parts)):
+        if not any(map(self.is_flexible, so_far.parts)):
             return None
         was = next((c for c in earlier if c.newest == model.parts[-1]), None)
         begin = Model(model.parts, was.model.split(was.model.x)[-1]) if was else model
         xs = [
-            part.encode(part.starts[0]) if is_pliant(part) else x
+            part.encode(part.starts[0]) if self.is_flexible(part) else x
             for part, x in zip(so_far.parts, so_far.split(so_far.x), strict=True)
         ]
         return self.fit(Model(so_far.parts, np.concatenate(xs)).plus(begin), 3, polished=False)
 
+    def is_flexible(self, candidate: Candidate) -> bool:
+        """Whether it has so many parameters that it can stand for other effects."""
+        return len(candidate.free) >= self.config.select.flexible
+
     def fit(self, model: Model, rounds: int, polished: bool = True) -> Model:
         """The model at its best parameters, on the frames for fitting."""
         arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
-        model = refine(model, *arguments, rounds)
+        model = refine(model, *arguments, self.config.fit, rounds)
         if polished and len(model.x) <= 6:
-            model = refine(polish(model, *arguments, (1.0, 0.4)), *arguments, 2)
+            model = refine(polish(model, *arguments, (1.0, 0.4)), *arguments, self.config.fit, 2)
         return model
 
-    def settled(self, model: Model) -> Model:
-        """The model with parameters as fine as the frames for fitting tell them."""
+    def refined(self, model: Model) -> Model:
+        """The model with parameters as fine as the frames for fitting determine them."""
         arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
-        return refine(model, *arguments, _SETTLING, _SETTLED, both_sides=True)
+        fit = self.config.fit
+        fine = fit.model_copy(update={"least_gain": fit.refined_gain})
+        return refine(model, *arguments, fine, fit.refined_rounds, both_sides=True)
 
     def _screen(self, so_far: Model | None) -> list[Model]:
         """The bank on top of ``so_far``, best first, after a first look at all of it; of each effect its best form."""
@@ -141,22 +130,22 @@ class Search:
         base = so_far.build(self.base) if so_far else self.base
         target, roots = self._targets[len(self._few)], self._roots(self._few)
         best: dict[tuple[str, bool], Model] = {}
-        for number, hypothesis in enumerate(self.bank):
-            if hypothesis.effect in taken or (hypothesis.replaces & taken):
+        for number, candidate in enumerate(self.bank):
+            if candidate.effect in taken or (candidate.replaces & taken):
                 continue
-            self.say(f"looking at {hypothesis.effect}, {number + 1} of {len(self.bank)}")
-            model = refine(start(hypothesis, base, target, roots), base, target, roots, 1)
-            key = hypothesis.effect, bool(hypothesis.replaces)
+            self.say(f"looking at {candidate.effect}, {number + 1} of {len(self.bank)}")
+            model = refine(start(candidate, base, target, roots), base, target, roots, self.config.fit, 1)
+            key = candidate.effect, bool(candidate.replaces)
             if key not in best or model.loss < best[key].loss:
                 best[key] = model
         return sorted(best.values(), key=lambda model: model.loss)
 
     def _sum(self, counts: Counts) -> Floats:
-        return self.judge.ruler.roots(counts.sum(axis=0))
+        return self.validator.ruler.roots(counts.sum(axis=0))
 
     def _roots(self, blocks: Sequence[int]) -> Roots:
         def roots(effects: tuple[Effect, ...]) -> Floats:
-            return self.judge.ruler.roots(self.evidence.total(effects, blocks))
+            return self.validator.ruler.roots(self.evidence.total(effects, blocks))
 
         return roots
 
@@ -166,11 +155,6 @@ def first_look(evidence: Evidence) -> list[int]:
     train = evidence.train
     usual = len(train[:: max(1, round(len(train) / 2.5))])
     frames = max(len(evidence.blocks[b]) for b in train)
-    enough = -(-_LOOKED_AT // (frames * evidence.counted_of_frame))
-    chosen = np.linspace(0, len(train) - 1, min(usual, max(enough, 2))).round().astype(int)
-    return [train[k] for k in np.unique(chosen)]
-
-
-def is_pliant(hypothesis: Hypothesis) -> bool:
-    """Whether it has so many parameters that it can stand for other effects."""
-    return len(hypothesis.free) >= _PLIANT
+    enough = -(-evidence.config.fit.first_look_pixels // (frames * evidence.counted_of_frame))
+    selected = np.linspace(0, len(train) - 1, min(usual, max(enough, 2))).round().astype(int)
+    return [train[k] for k in np.unique(selected)]

@@ -6,29 +6,28 @@ from math import factorial
 import numpy as np
 
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.validate import NULLS, Judge
+from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
-_BETWEEN = 2
-"""How many runs are simulated of a sensor with some of the causes."""
 
-
-def credit(judge: Judge, base: tuple[Effect, ...], model: Model) -> tuple[float, ...]:
+def credit(validator: Validator, base: tuple[Effect, ...], model: Model) -> tuple[float, ...]:
     """What each cause takes off the gap [bits per pixel]: the mean over all orders in which they may be added.
 
     Together they take off what the whole model does, as the gap without any of them and with all is that which
-    :meth:`Judge.score` tells; what lies between is from fewer simulated runs.
+    of :meth:`Validator.score`; what lies between is from fewer simulated runs.
 
     Source: Shapley, "A Value for n-Person Games", 1953.
     """
+    config = validator.evidence.config
+    runs = config.significance.runs, config.fit.runs_of_subset
     xs, count = model.split(model.x), len(model.parts)
     gaps: dict[frozenset[int], float] = {}
     for size in range(count + 1):
-        for chosen in combinations(range(count), size):
+        for selected in combinations(range(count), size):
             effects = base
-            for k in chosen:
+            for k in selected:
                 effects = model.parts[k].build(effects, xs[k])
-            gaps[frozenset(chosen)] = judge.quick(effects, NULLS if size in (0, count) else _BETWEEN)
+            gaps[frozenset(selected)] = validator.quick(effects, runs[0] if size in (0, count) else runs[1])
     taken = np.zeros(count)
     for order in permutations(range(count)):
         for place, k in enumerate(order):

@@ -6,28 +6,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import TIED, Candidate, Search
-from depthsim.gap.depth.fit.validate import Judge, jackknife
+from depthsim.gap.depth.fit.search import Search, Trial
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.gap.resampling import jackknife
 from depthsim.sensor.effect import Effect
 
-_NEAR, _ALIKE = 0.15, 0.3
-"""Effects whose closed fractions differ by more than the first, or by a larger part than the second of what the better
-one closes, are no rivals."""
 Ties = dict[str, tuple[str, ...]]
 
 
 def compare_rivals(
-    search: Search, model: Model, gap: float, looked: Sequence[Sequence[Candidate]], before: Sequence[float]
+    search: Search, model: Model, gap: float, looked: Sequence[Sequence[Trial]], before: Sequence[float]
 ) -> tuple[Model, Ties]:
     """The model with the best of each cause's rivals, and the equals of each cause.
 
     looked, before: the leaders of each step, and the gap before it.
     """
     ties: Ties = {}
+    limit = search.config.select
     for named in [part.effect for part in model.parts]:
         cause = named
-        step, mine, reach = _found_as(cause, looked, before)
-        reach = min(_NEAR * search.whole, reach)
+        step, mine, closed = _found_as(cause, looked, before)
+        reach = min(limit.near * search.whole, limit.near_of_cause * closed)
         taken = {part.effect for part in model.parts}
         equals: list[str] = []
         for rival in step:
@@ -35,12 +34,12 @@ def compare_rivals(
             if mine is None or name in taken or name in equals or rival.gap - mine.gap > reach:
                 continue
             other = _instead(search, model, cause, rival)
-            if other.gap < gap - TIED * search.whole:
+            if other.gap < gap - limit.tied * search.whole:
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
                 cause = name
-            elif other.gap - gap < TIED * search.whole or not _surely_worse(
-                search.judge, other.model.build(search.base), model.build(search.base)
+            elif other.gap - gap < limit.tied * search.whole or not _surely_worse(
+                search.validator, other.model.build(search.base), model.build(search.base)
             ):
                 equals.append(name)
         if equals:
@@ -49,32 +48,32 @@ def compare_rivals(
 
 
 def _found_as(
-    cause: str, looked: Sequence[Sequence[Candidate]], before: Sequence[float]
-) -> tuple[Sequence[Candidate], Candidate | None, float]:
-    """The step in which a cause was first among the leaders, what it was there, and how far behind a rival may be."""
+    cause: str, looked: Sequence[Sequence[Trial]], before: Sequence[float]
+) -> tuple[Sequence[Trial], Trial | None, float]:
+    """The step in which a cause was first among the leaders, what it was there, and what it closed."""
     for step, gap in zip(looked, before, strict=True):
-        mine = next((candidate for candidate in step if candidate.newest.effect == cause), None)
+        mine = next((trial for trial in step if trial.newest.effect == cause), None)
         if mine is not None:
-            return step, mine, _ALIKE * (gap - mine.gap)
+            return step, mine, gap - mine.gap
     return (), None, np.inf
 
 
-def _instead(search: Search, model: Model, cause: str, rival: Candidate) -> Candidate:
+def _instead(search: Search, model: Model, cause: str, rival: Trial) -> Trial:
     """``model`` with ``rival`` in the place of ``cause``."""
     if len(model.parts) == 1:
         return rival
     number = [part.effect for part in model.parts].index(cause)
     newest = Model((rival.newest,), rival.model.split(rival.model.x)[-1])
     search.say(f"trying {rival.newest.effect} in place of {cause}")
-    return search.judged(search.fit(newest.plus(model.less(number)), 3))
+    return search.validated(search.fit(newest.plus(model.less(number)), 3))
 
 
-def _surely_worse(judge: Judge, other: tuple[Effect, ...], chosen: tuple[Effect, ...]) -> bool:
-    """Whether the frames held out agree that ``other`` leaves more of the gap than ``chosen``."""
-    theirs, mine = (judge.runs(effects, 1)[0] for effects in (other, chosen))
+def _surely_worse(validator: Validator, other: tuple[Effect, ...], selected: tuple[Effect, ...]) -> bool:
+    """Whether the frames held out agree that ``other`` leaves more of the gap than ``selected``."""
+    theirs, mine = (validator.runs(effects, 1)[0] for effects in (other, selected))
 
     def difference(blocks: NDArray[np.int64]) -> float:
-        a, b, c = (x[blocks].sum(axis=0) for x in (judge.real, theirs, mine))
-        return judge.ruler.gap(a, b) - judge.ruler.gap(a, c)
+        a, b, c = (x[blocks].sum(axis=0) for x in (validator.real, theirs, mine))
+        return validator.ruler.gap(a, b) - validator.ruler.gap(a, c)
 
-    return jackknife(difference, np.arange(len(judge.real)))[1][0] > 0
+    return jackknife(difference, len(validator.real))[1][0] > 0

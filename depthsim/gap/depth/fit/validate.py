@@ -1,31 +1,20 @@
-"""Judging on frames that nothing was fitted on: how large the gap is, what is closed, and how sure that is."""
+"""Validating on frames that nothing was fitted on: how large the gap is, what is closed, and how sure that is."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from depthsim.draws import Seed
+from depthsim.gap.config import DepthSignificance
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
+from depthsim.gap.resampling import jackknife
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
-NULLS = 16
-"""Simulated recordings that tell how far apart two runs of one sensor are."""
-_RESAMPLED = 8
-"""How many of them are taken when blocks of frames are left out in turn."""
-_LIKE_THE_OTHERS = 8
-"""A view's variance is drawn to the median of all views, as if so many more runs had that: of few runs some views'
-own comes out far too small by chance."""
-_LEAST_SPREAD, _LEAST_SPREAD_IN_VIEW = 0.01, 0.03
-"""Of the logarithm of a gap: what differs by less does not matter, however sure it is."""
-_LEAST_SURE = 0.01
-"""Half of the narrowest interval of a closed fraction: other frames of one way differ by as much, however many blocks
-agree."""
 _REMEMBERED = 24
 """Sensors whose simulated recordings are kept."""
 
@@ -34,17 +23,17 @@ _REMEMBERED = 24
 class Score:
     """A sensor against the recording.
 
-    gap: bits per pixel; floor: that of two runs of this sensor. by_view, floor_by_view: the same by view.
+    gap: bits per pixel; floor: that of two runs of this sensor. by_axis, floor_by_axis: the same by axis.
     excess: how far the gap is above its floor, as the logarithm of their ratio over the spread of that logarithm from
-    run to run; excess_by_view: the same by view, 0 where the view has no pixels. How large they get where there is no
+    run to run; excess_by_axis: the same by axis, 0 where the axis has no pixels. How large they get where there is no
     gap is counted by benchmarks/nulls.py.
     """
 
     gap: float
     floor: float
-    by_view: Floats
-    floor_by_view: Floats
-    excess_by_view: Floats
+    by_axis: Floats
+    floor_by_axis: Floats
+    excess_by_axis: Floats
     excess: float
 
     @property
@@ -52,45 +41,51 @@ class Score:
         """The gap over its floor."""
         return self.gap - self.floor
 
+    def stands_out(self, limit: DepthSignificance) -> bool:
+        """Whether there is more than chance between recording and simulation."""
+        along = bool(self.excess_by_axis.max() > limit.excess_along_axis)
+        return self.above > 0 and (self.excess > limit.excess or along)
 
-class Judge:
+
+class Validator:
     """Scores sensors on some blocks of the evidence."""
 
     def __init__(self, evidence: Evidence, blocks: Sequence[int]) -> None:
-        self.evidence, self.blocks = evidence, list(blocks)
+        self.evidence, self.blocks, self.config = evidence, list(blocks), evidence.config.significance
         self.ruler = Ruler.of(evidence.axes)
         self.real = evidence.real_counts(self.blocks)
         self._runs: dict[str, list[Counts]] = {}
 
-    def runs(self, effects: Sequence[Effect], count: int = NULLS) -> list[Counts]:
+    def runs(self, effects: Sequence[Effect], count: int) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
         key = repr([(e.id, e) for e in effects])
         if key not in self._runs and len(self._runs) >= _REMEMBERED:
             del self._runs[next(iter(self._runs))]
         known = self._runs.setdefault(key, [])
         while len(known) < count:
-            known.append(self.simulate(effects, Seed("judging", len(known))))
+            known.append(self.simulate(effects, Seed("judging", len(known))))  # a key: another word, other draws
         return known[:count]
 
     def simulate(self, effects: Sequence[Effect], seed: Seed) -> Counts:
         """(blocks, size): a run of the sensor with random numbers that no fit has seen."""
         return self.evidence.simulate(effects, self.blocks, seed)
 
-    def score(self, effects: Sequence[Effect], nulls: int = NULLS) -> Score:
+    def score(self, effects: Sequence[Effect]) -> Score:
         """How far the sensor with ``effects`` is from the recording."""
+        nulls = self.config.runs
         runs = [run.sum(axis=0) for run in self.runs(effects, nulls)]
         real = self.real.sum(axis=0)
-        seen = np.array([self.ruler.by_view(real, run) for run in runs]).mean(axis=0)
+        seen = np.array([self.ruler.by_axis(real, run) for run in runs]).mean(axis=0)
         between = np.zeros((nulls, nulls, len(seen)))
         for i in range(nulls):
             for j in range(i):
-                between[i, j] = between[j, i] = self.ruler.by_view(runs[i], runs[j])
+                between[i, j] = between[j, i] = self.ruler.by_axis(runs[i], runs[j])
         # A run against the others: the spread over the runs is that of the recording's own chance.
         null = between.sum(axis=1) / (nulls - 1)
         floor = null.mean(axis=0)
-        gap, least = (float(self.ruler.over_views(x, real)) for x in (seen, floor))
-        in_all, by_view = excess(self.ruler, seen, null, real)
-        return Score(gap, least, seen, floor, by_view, in_all)
+        gap, least = (float(self.ruler.over_axes(x, real)) for x in (seen, floor))
+        in_all, by_axis = excess(self.ruler, seen, null, real, self.config)
+        return Score(gap, least, seen, floor, by_axis, in_all)
 
     def quick(self, effects: Sequence[Effect], runs: int = 1) -> float:
         """The gap by one simulated run, or the mean of several."""
@@ -98,32 +93,33 @@ class Judge:
         return float(np.mean([self.ruler.gap(real, run.sum(axis=0)) for run in self.runs(effects, runs)]))
 
 
-def excess(ruler: Ruler, seen: Floats, null: Floats, counts: Counts) -> tuple[float, Floats]:
-    """:class:`Score`'s excess and excess_by_view.
+def excess(ruler: Ruler, seen: Floats, null: Floats, counts: Counts, config: DepthSignificance) -> tuple[float, Floats]:
+    """:class:`Score`'s excess and excess_by_axis.
 
-    seen: (views,) divergence of the recording from simulated runs; null: (runs, views) that of each of the runs from
-    the others; counts: (size,) what was counted, which says how many pixels each view has.
+    seen: (axes,) divergence of the recording from simulated runs; null: (runs, axes) that of each of the runs from
+    the others; counts: (size,) what was counted, which says how many pixels each axis has.
 
     By logarithms, as a divergence that is due to chance is skewed: it is a sum of squares, of few that count where
     pixels or frames go together. One pixel at odds makes half a bit; so much is added, so that what has no chance in
     it has a logarithm, too.
     """
-    pixels = np.bincount(ruler.view_of_cell, ruler.totals(counts), ruler.views)
+    pixels = np.bincount(ruler.axis_of_cell, ruler.totals(counts), ruler.axes)
     counted, runs = pixels > 0, len(null)
     if not counted.any():
-        return 0.0, np.zeros(ruler.views)
+        return 0.0, np.zeros(ruler.axes)
     one = 0.5 / np.maximum(pixels, 1)
     chance = np.log(null + one)
     variance = chance.var(axis=0, ddof=1)
     usual = np.median(variance[counted])
-    spread = np.sqrt((_LIKE_THE_OTHERS * usual + (runs - 1) * variance) / (_LIKE_THE_OTHERS + runs - 1))
-    by_view = (np.log(seen + one) - chance.mean(axis=0)) / np.maximum(spread, _LEAST_SPREAD_IN_VIEW)
-    total, totals = (np.log(ruler.over_views(x + one, counts)) for x in (seen, null))
-    in_all = (total - totals.mean()) / max(float(totals.std(ddof=1)), _LEAST_SPREAD)
-    return float(in_all), np.where(counted, by_view, 0)
+    prior = config.spread_prior
+    spread = np.sqrt((prior * usual + (runs - 1) * variance) / (prior + runs - 1))
+    by_axis = (np.log(seen + one) - chance.mean(axis=0)) / np.maximum(spread, config.least_spread_along_axis)
+    total, totals = (np.log(ruler.over_axes(x + one, counts)) for x in (seen, null))
+    in_all = (total - totals.mean()) / max(float(totals.std(ddof=1)), config.least_spread)
+    return float(in_all), np.where(counted, by_axis, 0)
 
 
-def closed_error(judge: Judge, before: Sequence[Effect], after: Sequence[Effect]) -> float:
+def closed_error(validator: Validator, before: Sequence[Effect], after: Sequence[Effect]) -> float:
     """Half of the 95 % interval of the share of the gap that is closed from ``before`` to ``after``.
 
     By the jackknife over blocks of frames, as frames that follow each other are alike. The gap is that of the simulator
@@ -131,31 +127,17 @@ def closed_error(judge: Judge, before: Sequence[Effect], after: Sequence[Effect]
     """
 
     def gap(effects: Sequence[Effect], blocks: NDArray[np.int64]) -> float:
-        real = judge.real[blocks].sum(axis=0)
-        runs = judge.runs(effects, _RESAMPLED)
-        return float(np.mean([judge.ruler.gap(real, run[blocks].sum(axis=0)) for run in runs]))
+        real = validator.real[blocks].sum(axis=0)
+        runs = validator.runs(effects, validator.config.runs_resampled)
+        return float(np.mean([validator.ruler.gap(real, run[blocks].sum(axis=0)) for run in runs]))
 
     def between(effects: Sequence[Effect], blocks: NDArray[np.int64]) -> float:
-        runs = [run[blocks].sum(axis=0) for run in judge.runs(effects, _RESAMPLED)]
-        return float(np.mean([judge.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
+        runs = [run[blocks].sum(axis=0) for run in validator.runs(effects, validator.config.runs_resampled)]
+        return float(np.mean([validator.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
 
     def fraction(blocks: NDArray[np.int64]) -> float:
-        whole = gap(judge.evidence.base, blocks) - between(after, blocks)
+        whole = gap(validator.evidence.base, blocks) - between(after, blocks)
         return (gap(before, blocks) - gap(after, blocks)) / whole if whole > 0 else 0.0
 
-    _, (low, high) = jackknife(fraction, np.arange(len(judge.blocks)))
-    return float(np.hypot((high - low) / 2, _LEAST_SURE))
-
-
-def jackknife(
-    statistic: Callable[[NDArray[np.int64]], float], every: NDArray[np.int64]
-) -> tuple[float, tuple[float, float]]:
-    """The statistic of all blocks, and its 95 % interval by leaving out one at a time."""
-    value = float(statistic(every))
-    if len(every) < 3:
-        return value, (value - 0.5, value + 0.5)
-    left_out = np.array([statistic(np.delete(every, k)) for k in range(len(every))])
-    count = len(every)
-    error = float(np.sqrt((count - 1) / count * ((left_out - left_out.mean()) ** 2).sum()))
-    half = error * float(stats.t.ppf(0.975, count - 1))
-    return value, (value - half, value + half)
+    _, (low, high) = jackknife(fraction, len(validator.blocks))
+    return float(np.hypot((high - low) / 2, validator.config.least_error))

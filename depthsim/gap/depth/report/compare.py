@@ -1,4 +1,4 @@
-"""What is told of two recordings that were compared: the page for the terminal, and the folder."""
+"""What is reported of two recordings that were compared: the page for the terminal, and the folder."""
 
 from pathlib import Path
 from typing import Literal
@@ -90,7 +90,7 @@ def comparison_page(d: Diagnosis, drawing: ComparisonDrawing) -> str:
     page.items(words.sentence(note) for note in d.notes)
     page.section("Where they differ")
     page.text(
-        "Errors of both are told in one measure, the spread that the paper's sensor would have at the same range and "
+        "Errors of both are in one unit, the spread that the paper's sensor would have at the same range and "
         "material, and pixels are weighted by what both runs have seen."
     )
     if d.where:

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_LOST, ERROR_NO_SURFACE, MAGNITUDES
+from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_HOLE, ERROR_NO_SURFACE, MAGNITUDES
 from depthsim.gap.report.drawing import Array, Drawn
+from depthsim.gap.resampling import jackknife_half
 
 Floats = NDArray[np.float64]
 _EDGES = np.concatenate([[-140], -MAGNITUDES[::-1], [0], MAGNITUDES, [140]]).astype(np.float64)
@@ -85,21 +85,18 @@ def _curve(
     total = grouped.sum(axis=0)
     value = _numbers(total)
     value[:, total.sum(axis=1) < _FEWEST] = np.nan
-    blocks = len(counts)
-    if blocks < 3:
+    if len(counts) < 3:
         return value, np.zeros_like(value)
-    left_out = np.array([_numbers(total - one) for one in grouped])
-    error = np.sqrt((blocks - 1) / blocks * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
-    return value, error * float(stats.t.ppf(0.975, blocks - 1))
+    return value, jackknife_half(np.array([_numbers(total - one) for one in grouped]))
 
 
 def _numbers(counts: Floats) -> Floats:
     """(3, groups) from (groups, bins)."""
     out = np.full((3, len(counts)), np.nan)
     for k, row in enumerate(counts):
-        seen = row[:ERROR_LOST]
+        seen = row[:ERROR_HOLE]
         if row.sum() > 0:
-            out[2, k] = row[ERROR_LOST:ERROR_NO_SURFACE].sum() / row.sum()
+            out[2, k] = row[ERROR_HOLE:ERROR_NO_SURFACE].sum() / row.sum()
         if seen.sum() > 0:
             sums = np.concatenate([[0], np.cumsum(seen)]) / seen.sum()
             low, middle, high = np.interp([0.1587, 0.5, 0.8413], sums, _EDGES)
@@ -126,10 +123,10 @@ def _spread(evidence: Evidence, edges: Floats) -> Floats:
     """(groups,) the mean of the simulator's spread between ranges [mm]."""
     count = len(edges) - 1
     summed, pixels = np.zeros(count), np.zeros(count)
-    for still in list(evidence.stills.values())[:: max(1, len(evidence.stills) // 8)]:
-        ok = still.per_spread > 0
-        place = np.clip(np.searchsorted(edges, still.geometry.depth.reshape(-1)[ok]) - 1, 0, count - 1)
-        summed += np.bincount(place, 1000 / still.per_spread[ok], count)
+    for frame in list(evidence.frames.values())[:: max(1, len(evidence.frames) // 8)]:
+        ok = frame.per_spread > 0
+        place = np.clip(np.searchsorted(edges, frame.geometry.depth.reshape(-1)[ok]) - 1, 0, count - 1)
+        summed += np.bincount(place, 1000 / frame.per_spread[ok], count)
         pixels += np.bincount(place, minlength=count)
     return np.asarray(summed / np.maximum(pixels, 1))
 
@@ -142,7 +139,7 @@ def best_axes(evidence: Evidence, ranked: Sequence[int], most: int) -> list[int]
         wanted = number in ranked or axis.name in ("range", "incidence")
         if wanted and axis.name not in by_axis and _groups(axis) is not None:
             by_axis[axis.name] = number
-    chosen = list(by_axis)[:most]
-    if "range" in by_axis and "range" not in chosen:
-        chosen[-1:] = ["range"] if len(chosen) == most else [*chosen[-1:], "range"]
-    return [by_axis[axis] for axis in chosen]
+    selected = list(by_axis)[:most]
+    if "range" in by_axis and "range" not in selected:
+        selected[-1:] = ["range"] if len(selected) == most else [*selected[-1:], "range"]
+    return [by_axis[axis] for axis in selected]

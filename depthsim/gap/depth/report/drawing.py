@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.draws import Seed
-from depthsim.gap.depth.diagnose import Findings
-from depthsim.gap.depth.fit.search import Candidate
+from depthsim.gap.depth.findings import Findings
+from depthsim.gap.depth.fit.search import Trial
 from depthsim.gap.depth.report.curves import AxisCurves, Series, axis_curves, best_axes
 from depthsim.gap.depth.report.errors import Correlations, ErrorShares, Sample, correlations, error_shares, sample
 from depthsim.gap.depth.report.where import ImageShare, MeshShare, image_shares, mesh_share
@@ -54,13 +54,13 @@ class DepthDrawing(Drawn):
 
 def measure_drawing(found: Findings, origin: Origin) -> DepthDrawing:
     """Measure what is to be drawn of a diagnosis."""
-    evidence, judge = found.evidence, found.judge
+    evidence, validator = found.evidence, found.validator
     sensors: list[tuple[str, str, Sequence[Effect]]] = [("simulation", SIMULATED, found.profile.effects)]
     if found.diagnosis.causes:
         sensors.append(("with the causes", FIXED, found.fixed.effects))
-    series: list[Series] = [("recording", REAL, judge.real)]
-    series += [(name, colour, judge.simulate(effects, _SEED)) for name, colour, effects in sensors]
-    ranked = [place.view for place in found.places if place.depends > 0.02]
+    series: list[Series] = [("recording", REAL, validator.real)]
+    series += [(name, colour, validator.simulate(effects, _SEED)) for name, colour, effects in sensors]
+    ranked = [place.axis for place in found.places if place.depends > evidence.config.where.least_share]
     samples = _samples(found, sensors)
     return DepthDrawing(
         origin=origin,
@@ -77,13 +77,13 @@ def measure_drawing(found: Findings, origin: Origin) -> DepthDrawing:
 def _subtitle(found: Findings) -> str:
     evidence, camera = found.evidence, found.evidence.camera
     return (
-        f"{len(evidence.stills)} of {len(evidence.run)} frames, {camera.width} x {camera.height} px, against the "
+        f"{len(evidence.frames)} of {len(evidence.run)} frames, {camera.width} x {camera.height} px, against the "
         f"sensor {found.profile.name} in the scene {evidence.scene.name}"
     )
 
 
 def _samples(found: Findings, sensors: Sequence[tuple[str, str, Sequence[Effect]]]) -> list[Sample]:
-    evidence, blocks = found.evidence, found.judge.blocks
+    evidence, blocks = found.evidence, found.validator.blocks
 
     def recorded(block: int) -> list[NDArray[np.uint16]]:
         return [evidence.run.depth_raw(int(i)) for i in evidence.blocks[block]]
@@ -106,14 +106,14 @@ def _together(found: Findings) -> bool:
 
 
 def _candidates(found: Findings) -> tuple[CandidateStep, ...]:
-    if found.choice is None:
+    if found.selection is None:
         return ()
     before, causes = found.before.gap, found.diagnosis.causes
     whole = max(before - found.after.floor, 1e-12)
     named = {cause.effect for cause in causes}
     ties = {name for cause in causes for name in cause.indistinguishable_from}
     steps = []
-    for number, step in enumerate(step for step in found.choice.looked_at if step):
+    for number, step in enumerate(step for step in found.selection.looked_at if step):
         first = next((row for row, one in enumerate(step) if one.newest.effect in named), -1)
         beside = ", ".join(part.effect for part in step[0].model.parts[:-1])
         bars = tuple(
@@ -129,6 +129,6 @@ def _candidates(found: Findings) -> tuple[CandidateStep, ...]:
     return tuple(steps)
 
 
-def _label(one: Candidate) -> str:
+def _label(one: Trial) -> str:
     gone = sorted(one.newest.replaces)
     return one.newest.effect + (f" for {', '.join(gone)}" if gone else "")

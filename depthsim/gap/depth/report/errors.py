@@ -34,24 +34,24 @@ class Sample:
 
 def sample(evidence: Evidence, name: str, colour: str, blocks: Sequence[int], frames: Frames) -> Sample:
     """The errors of the pictures that ``frames`` gives of each block."""
-    chosen = list(blocks)[:: max(1, -(-len(blocks) // _BLOCKS))]
-    errors, numbers, lost, wanted = [], [], 0, 0
-    for block in chosen:
+    selected = list(blocks)[:: max(1, -(-len(blocks) // _BLOCKS))]
+    errors, numbers, holes, wanted = [], [], 0, 0
+    for block in selected:
         for index, units in zip(evidence.blocks[block], frames(block), strict=True):
-            still = evidence.stills[int(index)]
-            clean = still.geometry.depth
+            frame = evidence.frames[int(index)]
+            clean = frame.geometry.depth
             asked = clean > 0
             mask = evidence.run.mask(int(index))
             if mask is not None:
                 asked &= mask
             valid = asked & (units > 0) & (units < 65535)
             depth = units * np.float32(evidence.camera.depth_scale)
-            error = (depth - clean) * still.per_spread.reshape(clean.shape)
+            error = (depth - clean) * frame.per_spread.reshape(clean.shape)
             errors.append(np.where(valid, error, np.nan).astype(np.float32))
             numbers.append(block)
             wanted += int(asked.sum())
-            lost += int((asked & ~valid).sum())
-    return Sample(name, colour, np.stack(errors), np.array(numbers), lost / max(wanted, 1))
+            holes += int((asked & ~valid).sum())
+    return Sample(name, colour, np.stack(errors), np.array(numbers), holes / max(wanted, 1))
 
 
 class ErrorShares(Drawn):

@@ -21,7 +21,7 @@ def candidates_picture(steps: Sequence[CandidateStep]) -> Picture:
             ax.set_title(step.title)
         axes[-1].set_xlabel("share of the gap that is closed on held-out frames [%]")
         caption = (
-            "The effects that came nearest, each fitted on some frames and judged on the others. Blue: named as a "
+            "The effects that came nearest, each fitted on some frames and validated on the others. Blue: named as a "
             "cause. Pale blue: explains these frames equally well. Grey: fitted and not taken."
         )
         return Picture(png(drawn), caption)

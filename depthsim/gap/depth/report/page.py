@@ -13,7 +13,7 @@ from depthsim.gap.report.page import Bar, Page
 _MEASURE = (
     "Errors of recording and simulation are counted in histograms, in every part of every axis: range, angle, "
     "material, place in the image and on the scene, distance to depth edges, time, motion, neighbouring pixels and "
-    "frames. The gap is how much one look at a pixel tells, on average, about which of the two it is from "
+    "frames. The gap is how much one look at a pixel says, on average, of which of the two it is from "
     "(Jensen-Shannon divergence: 0 bits if they are alike, 1 if they never overlap)."
 )
 
@@ -102,14 +102,14 @@ def _closes(cause: Cause) -> str:
 
 
 def _rest(page: Page, d: Diagnosis) -> None:
-    rest = d.unexplained
-    assert rest is not None
+    left = d.unexplained
+    assert left is not None
     page.section("What stays unexplained")
-    page.callout(f"{words.percent(rest.fraction)} of the gap: {words.sentence(rest.description)}", "fair")
-    if rest.where and rest.where != d.where:
-        _cuts(page, rest.where)
-    if rest.where:
-        page.text(f"The beginning of a new effect, also written to {words.STUB}:").code(stub(rest.where[0]))
+    page.callout(f"{words.percent(left.fraction)} of the gap: {words.sentence(left.description)}", "fair")
+    if left.where and left.where != d.where:
+        _cuts(page, left.where)
+    if left.where:
+        page.text(f"The beginning of a new effect, also written to {words.STUB}:").code(stub(left.where[0]))
 
 
 def _cuts(page: Page, cuts: tuple[Cut, ...]) -> None:

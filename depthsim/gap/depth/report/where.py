@@ -43,8 +43,8 @@ def image_shares(evidence: Evidence, places: Sequence[Place], left: Sequence[Pla
     before = image_share(evidence, places)
     if not before.any():
         return None
-    rest = image_share(evidence, left) if left and left is not places else None
-    return ImageShare(width=evidence.camera.width, height=evidence.camera.height, before=before, left=rest)
+    after = image_share(evidence, left) if left and left is not places else None
+    return ImageShare(width=evidence.camera.width, height=evidence.camera.height, before=before, left=after)
 
 
 def mesh_share(evidence: Evidence, places: Sequence[Place]) -> MeshShare | None:
@@ -58,7 +58,7 @@ def mesh_share(evidence: Evidence, places: Sequence[Place]) -> MeshShare | None:
 
 
 def _frame(evidence: Evidence, index: int) -> MeshFrame:
-    met = evidence.stills[index].geometry
+    met = evidence.frames[index].geometry
     region = evidence.cuts.region_of_face[np.maximum(met.face, 0)]
     light = 0.7 + 0.3 * np.clip(np.abs(met.cosine), 0, 1)
     return MeshFrame(
@@ -72,20 +72,20 @@ def _best_frames(evidence: Evidence, share: NDArray[np.float32]) -> list[int]:
     """The frames that together show most of the gap, each added for what the ones before do not show."""
     region = evidence.cuts.region_of_face
     seen = {}
-    for index, still in evidence.stills.items():
-        face = still.geometry.face[::4, ::4]
+    for index, frame in evidence.frames.items():
+        face = frame.geometry.face[::4, ::4]
         seen[index] = np.bincount(region[face[face >= 0]], minlength=len(share)) / max(face.size, 1)
     covered = np.zeros(len(share))
-    chosen: list[int] = []
+    selected: list[int] = []
     for _ in range(min(_FRAMES, len(seen))):
         gains = {
             index: float(share @ (np.minimum(covered + part, 0.2) - np.minimum(covered, 0.2)))
             for index, part in seen.items()
-            if index not in chosen
+            if index not in selected
         }
         best = max(gains, key=lambda index: gains[index])
-        if chosen and gains[best] <= 0:
+        if selected and gains[best] <= 0:
             break
-        chosen.append(best)
+        selected.append(best)
         covered = covered + seen[best]
-    return sorted(chosen)
+    return sorted(selected)

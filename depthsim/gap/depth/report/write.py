@@ -5,7 +5,7 @@ from pathlib import Path
 
 import yaml
 
-from depthsim.gap.depth.diagnose import Findings
+from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.report.drawing import measure_drawing
 from depthsim.gap.depth.report.page import report_page
 from depthsim.gap.depth.where.residual import stub
@@ -42,7 +42,7 @@ class Named:
 def write_report(found: Findings, folder: Path, named: Named | None = None) -> Origin:
     """Write the report to ``folder``, whole or not at all; an earlier report there is replaced.
 
-    named: what was diagnosed, for the commands that the report tells; by default the run's own scene and sensor. Gives
+    named: what was diagnosed, for the commands that the report gives; by default the run's own scene and sensor. Gives
     back what the words of the report were made with. Raises :class:`InputError` where ``folder`` is anything else
     than a report, and where the disk refuses.
     """
@@ -93,7 +93,7 @@ def _lies_in(folder: Path, name: str | Path) -> bool:
 
 
 def sensor_yaml(found: Findings, origin: Origin) -> str:
-    """The text of sensor.yaml: the fitted profile, under a comment that tells what was added to which."""
+    """The text of sensor.yaml: the fitted profile, under a comment that says what was added to which."""
     causes = found.diagnosis.causes
     head = f"Made by depthsim diagnose for the recording {origin.run}."
     if not causes:
@@ -113,16 +113,16 @@ def sensor_yaml(found: Findings, origin: Origin) -> str:
 
 def stub_text(diagnosis: Diagnosis) -> str | None:
     """new_effect.py, the beginning of an effect for what is unexplained; None where nothing is."""
-    rest = diagnosis.unexplained
-    if rest is None or not rest.where:
+    left = diagnosis.unexplained
+    if left is None or not left.where:
         return None
-    return '"""An effect that the bank lacks."""\n\n' + _STUB_HEAD + stub(rest.where[0])
+    return '"""An effect that the bank lacks."""\n\n' + _STUB_HEAD + stub(left.where[0])
 
 
 def _origin_yaml(origin: Origin, folder: Path) -> str:
     """report.yaml: absolute paths, names of what comes with depthsim, or files that lie in the report."""
 
-    def told(name: str | None) -> str | None:
+    def lasting(name: str | None) -> str | None:
         if name is None or name in profile_names():
             return name
         path = Path(name)
@@ -130,7 +130,7 @@ def _origin_yaml(origin: Origin, folder: Path) -> str:
             return path.name
         return str(path.absolute()) if path.exists() else name
 
-    keys = {"run": str(Path(origin.run).absolute()), "scene": told(origin.scene), "sensor": told(origin.sensor)}
+    keys = {"run": str(Path(origin.run).absolute()), "scene": lasting(origin.scene), "sensor": lasting(origin.sensor)}
     if origin.materials is not None:
         keys["materials"] = str(Path(origin.materials).absolute())
     return yaml.safe_dump({key: value for key, value in keys.items() if value is not None}, sort_keys=False)

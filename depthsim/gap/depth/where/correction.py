@@ -1,7 +1,7 @@
 """What a correction that knows one axis, and no formula, would close of the gap on frames held out.
 
 It gives every simulated pixel the weight with which its error, in its cell of the axis, is commoner in the recording;
-then all views are measured again with those weights. Where no effect of the bank explains the gap, this is what an
+then all axes are measured again with those weights. Where no effect of the bank explains the gap, this is what an
 effect that depends on the axis alone could close.
 """
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.draws import Seed
-from depthsim.gap.depth.data import histograms as fingerprint
+from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.simulate import LOCATING
@@ -19,14 +19,10 @@ from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
 _LEARNING = Seed("learning")
-_SOFTEN = 3.0
-"""Pixels added to every bin of a cell by its view as a whole, so that empty bins have no endless weights."""
-_MOST = 20.0
-"""The largest weight that a pixel can get."""
 
 
-def learnable(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect], views: Sequence[int]) -> dict[int, float]:
-    """For each of ``views`` the share of the gap of a sensor with ``effects`` that a correction along it closes."""
+def learnable(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect], axes: Sequence[int]) -> dict[int, float]:
+    """For each of ``axes`` the share of the gap of a sensor with ``effects`` that a correction along it closes."""
     train = evidence.simulate(effects, evidence.train, seed=_LEARNING).sum(axis=0).astype(np.float64)
     real_train = evidence.real_counts(evidence.train).sum(axis=0).astype(np.float64)
     held_out = evidence.test[:: max(1, round(len(evidence.test) / 3))]
@@ -35,8 +31,8 @@ def learnable(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect], views
     plain, another = (evidence.simulate(effects, held_out, seed=seed).sum(axis=0) for seed in LOCATING)
     gap, floor = ruler.gap(real, plain), ruler.gap(another, plain)
     return {
-        view: _closes(evidence, ruler, real, pictures, gap, floor, _correction(evidence, view, real_train, train))
-        for view in views
+        axis: _closes(evidence, ruler, real, pictures, gap, floor, _correction(evidence, axis, real_train, train))
+        for axis in axes
     }
 
 
@@ -60,17 +56,17 @@ def _closes(
 
 def _correction(evidence: Evidence, number: int, real: Floats, simulated: Floats) -> tuple[object, ...]:
     """What :func:`counting.count_corrected` needs: how much commoner each bin is in the recording, cell by cell."""
-    view = evidence.axes[number]
-    bins = int(fingerprint.BINS[view.kind])
+    axis = evidence.axes[number]
+    bins, limit = int(histograms.BINS[axis.kind]), evidence.config.where
     begin = int(evidence.offsets[number])
-    a, b = (x[begin : begin + view.size * bins].reshape(view.size, bins) for x in (real, simulated))
+    a, b = (x[begin : begin + axis.size * bins].reshape(axis.size, bins) for x in (real, simulated))
     # Bins with little in them are drawn to what the axis has as a whole.
     prior_a, prior_b = ((x.sum(axis=0) + 1e-9) / max(x.sum(), 1) for x in (a, b))
     share_a, share_b = (
-        (x + _SOFTEN * prior) / np.maximum(x.sum(axis=1, keepdims=True) + _SOFTEN, 1e-9)
+        (x + limit.softening * prior) / np.maximum(x.sum(axis=1, keepdims=True) + limit.softening, 1e-9)
         for x, prior in ((a, prior_a), (b, prior_b))
     )
-    ratio = np.clip(share_a / np.maximum(share_b, 1e-12), 0, _MOST)
+    ratio = np.clip(share_a / np.maximum(share_b, 1e-12), 0, limit.largest_weight)
     excess = np.maximum(share_a - ratio * share_b, 0)
     excess[excess < 1e-5] = 0
     most = (excess > 0).sum(axis=1)

@@ -1,4 +1,4 @@
-"""In what way two sets of errors differ: bias, spread, missing returns, tails, or how neighbours go together."""
+"""In what way two sets of errors differ: bias, spread, holes, tails, or how neighbours go together."""
 
 from dataclasses import dataclass
 
@@ -6,21 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_LOST, ERROR_NO_SURFACE, MAGNITUDES
+from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_HOLE, ERROR_NO_SURFACE, MAGNITUDES
 from depthsim.gap.diagnosis import What
 
 _MIDDLES = np.concatenate([[0], (MAGNITUDES[:-1] + MAGNITUDES[1:]) / 2, [100]])
 _CENTRES = np.concatenate([-_MIDDLES[::-1], _MIDDLES])
 _CENTRES[15], _CENTRES[16] = -0.07, 0.07
 TAIL = 4.5
-"""Errors beyond so many spreads of the simulator are told as tails, where both have few of them."""
+"""Errors beyond so many spreads of the simulator are reported as tails, where both have few of them."""
 
 
 @dataclass(frozen=True)
 class Difference:
     """what: the kind that makes most of it; sizes: bits by kind; words: in numbers.
 
-    bias [spreads of the simulator], spread: real over simulated, lost: shares of holes (real, simulated).
+    bias [spreads of the simulator], spread: real over simulated, holes: their shares (real, simulated).
     """
 
     what: What
@@ -28,20 +28,20 @@ class Difference:
     words: str
     bias: float
     spread: float
-    lost: tuple[float, float]
+    holes: tuple[float, float]
 
 
 def compare_cells(
-    evidence: Evidence, view: int, cells: NDArray[np.int64], real: NDArray[np.integer], simulated: NDArray[np.integer]
+    evidence: Evidence, axis: int, cells: NDArray[np.int64], real: NDArray[np.integer], simulated: NDArray[np.integer]
 ) -> Difference:
-    """What differs in some cells of a view."""
-    kind = evidence.axes[view].kind
-    bins, begin = int(BINS[kind]), int(evidence.offsets[view])
-    size = evidence.axes[view].size
+    """What differs in some cells of an axis."""
+    kind = evidence.axes[axis].kind
+    bins, begin = int(BINS[kind]), int(evidence.offsets[axis])
+    size = evidence.axes[axis].size
     a, b = (x[begin : begin + size * bins].reshape(size, bins)[cells].astype(float) for x in (real, simulated))
     if kind != ERROR:
         words = "errors of neighbouring pixels go together in another way"
-        if evidence.axes[view].name == "frame_neighbours":
+        if evidence.axes[axis].name == "frame_neighbours":
             words = "errors of the same pixel in successive frames go together in another way"
         return Difference("correlation", {"correlation": 1.0}, words, 0.0, 1.0, (0.0, 0.0))
     weight = a.sum(axis=1) / max(a.sum(), 1)
@@ -50,16 +50,16 @@ def compare_cells(
     numbers = np.array([p[1] for p in parts])
     bias = float(weight @ numbers[:, 0])
     spread = float(np.exp(weight @ np.log(np.maximum(numbers[:, 1], 1e-3))))
-    lost = float(weight @ numbers[:, 2]), float(weight @ numbers[:, 3])
+    holes = float(weight @ numbers[:, 2]), float(weight @ numbers[:, 3])
     tails = float(weight @ numbers[:, 4]), float(weight @ numbers[:, 5])
     what = max(sizes, key=lambda key: sizes[key])
-    told = {
+    said = {
         "bias": f"mean error {_biggest(numbers[:, 0]):+.2f} times the simulator's spread",
         "spread": f"std {spread:.2f} times the simulator's",
-        "missing": f"holes {100 * lost[0]:.1f} % against {100 * lost[1]:.1f} % simulated",
+        "missing": f"holes {100 * holes[0]:.1f} % against {100 * holes[1]:.1f} % simulated",
         "tail": f"{100 * tails[0]:.2f} % beyond {TAIL} spreads against {100 * tails[1]:.2f} % simulated",
     }
-    return Difference(what, sizes, told[what], bias, spread, lost)  # type: ignore[arg-type]
+    return Difference(what, sizes, said[what], bias, spread, holes)  # type: ignore[arg-type]
 
 
 def _biggest(values: NDArray[np.floating]) -> float:
@@ -67,20 +67,20 @@ def _biggest(values: NDArray[np.floating]) -> float:
 
 
 def _one(a: NDArray[np.floating], b: NDArray[np.floating]) -> tuple[dict[str, float], tuple[float, ...]]:
-    lost_a, lost_b = (float(x[ERROR_LOST:ERROR_NO_SURFACE].sum() / max(x.sum(), 1)) for x in (a, b))
-    seen_a, seen_b = (x[:ERROR_LOST] / max(x[:ERROR_LOST].sum(), 1) for x in (a, b))
+    holes_a, holes_b = (float(x[ERROR_HOLE:ERROR_NO_SURFACE].sum() / max(x.sum(), 1)) for x in (a, b))
+    seen_a, seen_b = (x[:ERROR_HOLE] / max(x[:ERROR_HOLE].sum(), 1) for x in (a, b))
     core = np.abs(_CENTRES) < TAIL
     far_a, far_b = (float(x[~core].sum()) for x in (seen_a, seen_b))
     (mean_a, std_a), (mean_b, std_b) = (_core(x) for x in (seen_a, seen_b))
-    valid = 1 - (lost_a + lost_b) / 2
+    valid = 1 - (holes_a + holes_b) / 2
     shift = mean_a - mean_b
     sizes = {
         "bias": valid * min(shift**2 / (4 * (std_a**2 + std_b**2) * np.log(2)), 1.0),
         "spread": valid * min(np.log(std_a / std_b) ** 2 / (4 * np.log(2)), 1.0),
-        "missing": _binary(lost_a, lost_b),
+        "missing": _binary(holes_a, holes_b),
         "tail": valid * _binary(far_a, far_b) if max(far_a, far_b) < 0.2 else 0.0,
     }
-    return sizes, (shift, std_a / std_b, lost_a, lost_b, far_a, far_b)
+    return sizes, (shift, std_a / std_b, holes_a, holes_b, far_a, far_b)
 
 
 def _core(shares: NDArray[np.floating]) -> tuple[float, float]:

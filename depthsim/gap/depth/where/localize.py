@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import jensenshannon
 
-from depthsim.gap.depth.data import histograms as fingerprint
+from depthsim.gap.config import DepthWhere
+from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
@@ -24,28 +25,16 @@ from depthsim.gap.diagnosis import Cut
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
-_PER_DOUBLING = 0.015
-"""What an axis must explain more for having twice the cells, as a map of everything could stand for any axis."""
-_PAIR = 0.05
-"""What a pair of axes, or a finer look at one, must explain more."""
-_PAIRED = 2.2
-"""Two independent pixels tell twice as much as one. Neighbours that tell more go together in another way."""
-_TOGETHER, _ALSO = 0.5, 0.2
-"""What pairs of errors must tell of their own, over what one error tells, to be the first axis or the second."""
-_UNIFORM = 0.1
-"""Where the gap changes along no axis by more than this share of it, neighbours may tell what it is."""
-PAIRS = (fingerprint.FAR_LEFT, fingerprint.FAR_UP, fingerprint.BEFORE)
-_LEARNED = 3
-"""For how many axes a correction is learned, besides those of neighbours."""
+PAIRS = (histograms.FAR_LEFT, histograms.FAR_UP, histograms.BEFORE)
 
 
 @dataclass(frozen=True)
 class Place:
     """An axis. depends: the part of the gap that changes along it; closes: what a correction along it would close, NaN
-    where none was learned; shares: of the axis' gap, by cell; gap: bits per pixel in this view.
+    where none was learned; shares: of the axis' gap, by cell; gap: bits per pixel in this axis.
     """
 
-    view: int
+    axis: int
     depends: float
     closes: float
     shares: Floats
@@ -54,32 +43,35 @@ class Place:
 
 def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[Place]:
     """All axes, the one that matters most first. effects: the sensor that is compared with the recording."""
+    limit = evidence.config.where
     real = evidence.real_counts(evidence.test).sum(axis=0)
     plain, another = (evidence.simulate(effects, evidence.test, seed=seed).sum(axis=0) for seed in LOCATING)
     excess = np.maximum(ruler.divergence(real, plain) - ruler.divergence(another, plain), 0) * ruler.totals(real)
-    errors = [n for n, view in enumerate(evidence.axes) if view.kind == fingerprint.ERROR]
-    pairs = [n for n, view in enumerate(evidence.axes) if fingerprint.ERROR < view.kind < fingerprint.ACROSS]
+    errors = [n for n, axis in enumerate(evidence.axes) if axis.kind == histograms.ERROR]
+    pairs = [n for n, axis in enumerate(evidence.axes) if histograms.ERROR < axis.kind < histograms.ACROSS]
     changes = {n: _changes(evidence, n, real, plain, another) for n in errors}
     whole = max(max((total for _, total in changes.values()), default=0.0), 1e-12)
     depends = {n: float(np.clip(varies / whole, 0, 1)) for n, (varies, _) in changes.items()}
-    uniform = max(depends.values(), default=0.0) < _UNIFORM
+    uniform = max(depends.values(), default=0.0) < limit.uniform
     if uniform and (by_range := _as_the_spread(evidence, real, plain)) is not None:
         depends[by_range] = 1.0
-    first = sorted(errors, key=lambda n: _cost(evidence.axes[n]) - depends[n])
-    closes = learnable(evidence, ruler, effects, [*first[:_LEARNED], *pairs])
-    bits = np.maximum(ruler.by_view(real, plain) - ruler.by_view(another, plain), 0)
+    first = sorted(errors, key=lambda n: _cost(evidence.axes[n], limit) - depends[n])
+    closes = learnable(evidence, ruler, effects, [*first[: limit.corrections], *pairs])
+    bits = np.maximum(ruler.by_axis(real, plain) - ruler.by_axis(another, plain), 0)
     alone = max((bits[n] for n in errors), default=0.0)
     pairs.sort(key=lambda n: -bits[n])
     own = {n: beyond_each(evidence, n, real, plain) - beyond_each(evidence, n, another, plain) for n in pairs}
-    told = {n: float((o * _pixels(evidence, ruler, n, real)).sum()) for n, o in own.items()}
-    ahead = [n for n in pairs if bits[n] > _PAIRED * alone or told[n] > _TOGETHER * alone]
-    beside = [n for n in pairs if n not in ahead and (told[n] > _ALSO * alone or (uniform and bits[n] > alone))]
+    own_bits = {n: float((o * _pixels(evidence, ruler, n, real)).sum()) for n, o in own.items()}
+    ahead = [n for n in pairs if bits[n] > limit.paired * alone or own_bits[n] > limit.together * alone]
+    beside = [
+        n for n in pairs if n not in ahead and (own_bits[n] > limit.beside * alone or (uniform and bits[n] > alone))
+    ]
     order = [*ahead, *first[:1], *beside, *first[1:], *(n for n in pairs if n not in (*ahead, *beside))]
     found = []
     for number in order:
-        own = excess[ruler.view_of_cell == number]
+        own = excess[ruler.axis_of_cell == number]
         if own.any():
-            pixels = max(ruler.totals(real)[ruler.view_of_cell == number].sum(), 1)
+            pixels = max(ruler.totals(real)[ruler.axis_of_cell == number].sum(), 1)
             paired = 1.0 if number in (*ahead, *beside) else max(closes.get(number, 0.0), 0.0)
             value = depends.get(number, paired)
             found.append(Place(number, value, closes.get(number, np.nan), own / own.sum(), float(own.sum() / pixels)))
@@ -87,13 +79,13 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
 
 
 def _as_the_spread(evidence: Evidence, real: Counts, plain: Counts) -> int | None:
-    """The view by range, where the whole gap is one bias or one factor of the spread.
+    """The axis by range, where the whole gap is one bias or one factor of the spread.
 
-    Errors are told in units of the simulator's spread. What is the same everywhere in those changes in metres as the
-    spread does, which is a function of the range.
+    Errors are measured in units of the simulator's spread. What is the same everywhere in those changes in metres as
+    the spread does, which is a function of the range.
     """
-    views = enumerate(evidence.axes)
-    number = next((n for n, v in views if v.name == "range" and v.single and v.kind == fingerprint.ERROR), None)
+    axes = enumerate(evidence.axes)
+    number = next((n for n, v in axes if v.name == "range" and v.single and v.kind == histograms.ERROR), None)
     if number is None:
         return None
     what = compare_cells(evidence, number, np.arange(evidence.axes[number].size), real, plain).what
@@ -102,13 +94,13 @@ def _as_the_spread(evidence: Evidence, real: Counts, plain: Counts) -> int | Non
 
 def _changes(evidence: Evidence, number: int, real: Counts, plain: Counts, another: Counts) -> tuple[float, float]:
     """The part of the squared Hellinger distance that changes along an axis, and the whole of it, over chance."""
-    view = evidence.axes[number]
-    bins, begin = int(fingerprint.BINS[view.kind]), int(evidence.offsets[number])
+    axis = evidence.axes[number]
+    bins, begin = int(histograms.BINS[axis.kind]), int(evidence.offsets[number])
     everything = int(evidence.axes[0].size) * bins
 
     def roots(counts: Counts) -> tuple[Floats, Floats]:
-        cells = counts[begin : begin + view.size * bins].reshape(view.size, bins).astype(float)
-        # Some views leave pixels out: those are one cell more.
+        cells = counts[begin : begin + axis.size * bins].reshape(axis.size, bins).astype(float)
+        # Some axes leave pixels out: those are one cell more.
         outside = counts[:everything].reshape(-1, bins).sum(axis=0) - cells.sum(axis=0)
         cells = np.vstack([cells, np.maximum(outside, 0)])
         pixels = cells.sum(axis=1)
@@ -127,8 +119,8 @@ def _changes(evidence: Evidence, number: int, real: Counts, plain: Counts, anoth
 
 
 def _pixels(evidence: Evidence, ruler: Ruler, number: int, counts: Counts) -> Floats:
-    """(cells,) the share of each cell in the pixels of a view."""
-    totals = ruler.totals(counts)[ruler.view_of_cell == number]
+    """(cells,) the share of each cell in the pixels of an axis."""
+    totals = ruler.totals(counts)[ruler.axis_of_cell == number]
     return totals / max(totals.sum(), 1)
 
 
@@ -136,11 +128,11 @@ def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any
     """(cells,) the divergence of pairs of errors beyond what either error alone has [bits]: how they go together.
 
     Two recordings that differ by a bias differ in their pairs as well, though no error has to do with another. 0 for
-    a view that counts no pairs.
+    an axis that counts no pairs.
     """
-    view = evidence.axes[number]
-    size, bins, begin = view.size, int(fingerprint.BINS[view.kind]), int(evidence.offsets[number])
-    if view.kind not in PAIRS:
+    axis = evidence.axes[number]
+    size, bins, begin = axis.size, int(histograms.BINS[axis.kind]), int(evidence.offsets[number])
+    if axis.kind not in PAIRS:
         return np.zeros(size)
     pairs = [counts[begin : begin + size * bins].reshape(size, bins)[:, :25].reshape(size, 5, 5) for counts in (x, y)]
     joint, one, other = (
@@ -150,25 +142,24 @@ def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any
     return np.maximum(joint - one - other, 0)
 
 
-def _cost(view: Axis) -> float:
-    return _PER_DOUBLING * max(np.log2(view.size / 8), 0.0) + (0.0 if view.single else _PAIR)
+def _cost(axis: Axis, limit: DepthWhere) -> float:
+    return limit.per_doubling * max(np.log2(axis.size / 8), 0.0) + (0.0 if axis.single else limit.pair)
 
 
-def cuts_of(
-    evidence: Evidence, ruler: Ruler, effects: Sequence[Effect], places: Sequence[Place], most: int = 6
-) -> tuple[Cut, ...]:
+def cuts_of(evidence: Evidence, effects: Sequence[Effect], places: Sequence[Place]) -> tuple[Cut, ...]:
     """The ranked list for diagnosis.json: each axis once, with the part of it that holds most of its gap."""
     real = evidence.real_counts(evidence.test).sum(axis=0)
     simulated = evidence.simulate(effects, evidence.test, seed=LOCATING[0]).sum(axis=0)
+    limit = evidence.config.where
     cuts: list[Cut] = []
     seen: set[str] = set()
     for place in places:
-        view = evidence.axes[place.view]
-        if view.name in seen or place.depends < 0.02 or len(cuts) >= most:
+        axis = evidence.axes[place.axis]
+        if axis.name in seen or place.depends < limit.least_share or len(cuts) >= limit.most_axes:
             continue
-        seen.add(view.name)
-        cells = shortest_row(place.shares) if view.unit else _largest(place.shares)
-        difference = compare_cells(evidence, place.view, cells, real, simulated)
+        seen.add(axis.name)
+        cells = shortest_row(place.shares) if axis.unit else _largest(place.shares)
+        difference = compare_cells(evidence, place.axis, cells, real, simulated)
         cuts.append(_tell(evidence, place, cells, difference))
         if difference.what == "tail" and "residual_tail" not in seen:
             seen.add("residual_tail")
@@ -179,14 +170,14 @@ def cuts_of(
 
 
 def _tell(evidence: Evidence, place: Place, cells: NDArray[np.int64], difference: Difference) -> Cut:
-    view = evidence.axes[place.view]
+    axis = evidence.axes[place.axis]
     share = float(place.shares[cells].sum())
-    interval = view.interval(cells)
+    interval = axis.interval(cells)
     return Cut(
-        axis=view.name,
+        axis=axis.name,
         interval=interval,
-        label=None if interval else view.label(cells),
-        unit=view.unit if interval else "",
+        label=None if interval else axis.label(cells),
+        unit=axis.unit if interval else "",
         share_of_gap=share,
         what=difference.what,
         text=difference.words,

@@ -3,17 +3,18 @@
 import math
 from collections.abc import Sequence
 
-from depthsim.gap.depth.data.divergence import Ruler
-from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.where.localize import Place
-from depthsim.gap.diagnosis import Cut
+from depthsim.gap.diagnosis import Cut, Unexplained
 from depthsim.gap.report.words import place as place_in_words
-from depthsim.sensor.effect import Effect
 
 
-def describe(
-    evidence: Evidence, ruler: Ruler, effects: Sequence[Effect], places: Sequence[Place], cuts: Sequence[Cut]
-) -> str:
+def unexplained_by(places: Sequence[Place], cuts: tuple[Cut, ...], fraction: float) -> Unexplained:
+    """What no cause explains, a ``fraction`` of the gap. places, cuts: where it lies."""
+    text, most = describe(places, cuts), best_learned(places)
+    return Unexplained(fraction=fraction, where=cuts, description=text, learnable=most)
+
+
+def describe(places: Sequence[Place], cuts: Sequence[Cut]) -> str:
     """The gap in plain words."""
     if not cuts:
         return "the gap is spread so thinly that no axis stands out"

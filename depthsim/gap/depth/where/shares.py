@@ -16,7 +16,7 @@ _ROWS, _COLUMNS = 12, 16
 
 def region_share(evidence: Evidence, places: Sequence[Place]) -> Shares:
     """(regions,) each region's share of the gap; zeros without a gap."""
-    return _of_view(evidence, places, "surface", int(evidence.cuts.region_of_face.max()) + 1)
+    return _along(evidence, places, "surface", int(evidence.cuts.region_of_face.max()) + 1)
 
 
 def face_share(evidence: Evidence, places: Sequence[Place]) -> Shares:
@@ -29,7 +29,7 @@ def face_share(evidence: Evidence, places: Sequence[Place]) -> Shares:
 
 def image_share(evidence: Evidence, places: Sequence[Place]) -> Shares:
     """(12, 16) the share of the gap of each cell of the image plane; zeros without a gap."""
-    return _of_view(evidence, places, "image_position", _ROWS * _COLUMNS).reshape(_ROWS, _COLUMNS)
+    return _along(evidence, places, "image_position", _ROWS * _COLUMNS).reshape(_ROWS, _COLUMNS)
 
 
 def shares_npz(evidence: Evidence, places: Sequence[Place]) -> bytes:
@@ -39,9 +39,9 @@ def shares_npz(evidence: Evidence, places: Sequence[Place]) -> bytes:
     return out.getvalue()
 
 
-def _of_view(evidence: Evidence, places: Sequence[Place], axis: str, size: int) -> Shares:
+def _along(evidence: Evidence, places: Sequence[Place], name: str, size: int) -> Shares:
     for place in places:
-        view = evidence.axes[place.view]
-        if (view.name, view.kind, view.size, view.single) == (axis, ERROR, size, True):
+        axis = evidence.axes[place.axis]
+        if (axis.name, axis.kind, axis.size, axis.single) == (name, ERROR, size, True):
             return place.shares.astype(np.float32)
     return np.zeros(size, np.float32)

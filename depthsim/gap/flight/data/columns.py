@@ -79,7 +79,7 @@ def check_units(log: FlightLog, vehicle: Vehicle) -> None:
             raise InputError(log.source, "ax ay az", problem, "write body axes x forward, y left, z up")
     if log.total_thrust is not None:
         carried = float(np.median(log.total_thrust)) / vehicle.weight
-        if not 1 / _OFF < carried < _OFF and carried > 0:  # none at all is told where the thrust is read
+        if not 1 / _OFF < carried < _OFF and carried > 0:  # none at all is reported where the thrust is read
             place = "thrust" if log.thrust is not None else "T1 T2 ..."
             problem = f"the thrust is {carried:.3g} of the weight of {vehicle.name} ({vehicle.weight:.3g} N)"
             raise InputError(log.source, place, problem, "write it in N, or give the vehicle that flew")

@@ -13,7 +13,7 @@ from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight.data.noise import noise_levels
 from depthsim.gap.flight.data.records import ACCELEROMETER, VELOCITIES, Records
 from depthsim.gap.flight.data.simulate import Model, Settings
-from depthsim.gap.flight.effect import Formula
+from depthsim.gap.flight.effect import Candidate
 from depthsim.gap.resampling import contiguous
 
 Values = tuple[tuple[float, ...], ...]
@@ -62,11 +62,11 @@ class Problem:
             at += len(part)
         return out
 
-    def settings(self, formulas: Sequence[Formula], values: Values) -> Settings:
-        """The base with formulas applied."""
+    def settings(self, candidates: Sequence[Candidate], values: Values) -> Settings:
+        """The base with candidates applied."""
         s = self.base
-        for formula, numbers in zip(formulas, values, strict=True):
-            s = formula.apply(s, numbers)
+        for candidate, numbers in zip(candidates, values, strict=True):
+            s = candidate.apply(s, numbers)
         return s
 
     def predict(self, s: Settings) -> Floats:
@@ -135,7 +135,7 @@ def _mismatch(problem: Problem, noise: Floats) -> Floats:
         force = part.measured[1]
         columns = np.column_stack([np.ones(len(part)), force, np.gradient(force, axis=0)])
         difference = one[rows] - other[rows]
-        rest = difference - columns @ np.linalg.lstsq(columns, difference, rcond=None)[0]
-        squares, samples = squares + (rest**2).sum(axis=0), samples + len(part)
+        left = difference - columns @ np.linalg.lstsq(columns, difference, rcond=None)[0]
+        squares, samples = squares + (left**2).sum(axis=0), samples + len(part)
         at += len(part)
     return np.asarray(np.sqrt(np.maximum(squares / samples - noise**2, 0)))

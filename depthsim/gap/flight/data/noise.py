@@ -13,7 +13,7 @@ from depthsim.flight.fit.motion import CUTOFF
 from depthsim.flight.table import Floats
 
 _FROM, _TO = 1.25 * CUTOFF, 4.5 * CUTOFF
-"""[Hz] the band that is taken for noise alone."""
+"""[Hz] the band in which all is noise."""
 _BANDS = 8
 
 

@@ -1,8 +1,8 @@
 """A flight made ready: what was measured of its specific force, and what a model needs to predict the same.
 
 There are up to two channels. The accelerometer shows the force, its own errors and its own clock; velocities and
-attitude show the same force as Rᵀ(dV/dt + g e3), with other errors. The gap is told on the first that is there; the
-second helps to tell a force, which both see, from an error of the accelerometer, which one sees.
+attitude show the same force as Rᵀ(dV/dt + g e3), with other errors. The gap is measured on the first that is there; the
+second helps to distinguish a force, which both see, from an error of the accelerometer, which one sees.
 Both sides go through the same low-pass (``flight.fit.motion``) and are then thinned, since nothing is left above it.
 """
 
@@ -89,7 +89,7 @@ class Record:
 class Records:
     """All stretches of all logs.
 
-    files: the names of the logs. axes: of the body on which the gap is told. thrust_from: where the thrust is from.
+    files: the names of the logs. axes: of the body on which the gap is measured. thrust_from: where the thrust is from.
     rotor_by_rotor: whether the log has each rotor's. notes: what a reader must know of the logs. lacking: what they do
     not have, in words and as effects need it.
     """
@@ -114,11 +114,11 @@ def prepare(logs: Sequence[FlightLog], vehicle: Vehicle, config: FlightConfig) -
     notes: list[str] = []
     motions: list[Motion] = []
     files: list[int] = []
-    mended = [measured_columns(log) for log in logs]
-    logs = [log for log, _ in mended]
+    checked = [measured_columns(log) for log in logs]
+    logs = [log for log, _ in checked]
     for log in logs:
         check_units(log, vehicle)
-    notes.extend(one for _, said in mended for one in said)
+    notes.extend(one for _, said in checked for one in said)
     for number, log in enumerate(logs):
         pieces, said = _pieces(log, config)
         notes.extend(said)
@@ -164,7 +164,7 @@ def _record(motion: Motion, file: int, span: tuple[float, float], thrusts: Float
     stacked = np.stack(raw)
     smooth = low_pass(np.moveaxis(stacked, 0, 1), rate, CUTOFF)[rows]
     velocity = motion.velocity
-    if any("velocities" in told for told in log.derived):  # laws that are not linear would make a drag of their noise
+    if any("velocities" in one for one in log.derived):  # laws that are not linear would make a drag of their noise
         velocity = low_pass(velocity, rate, 2 * CUTOFF if rate > 5 * CUTOFF else CUTOFF)
     return Record(
         log=log,
@@ -195,9 +195,9 @@ def _pieces(log: FlightLog, config: FlightConfig) -> tuple[list[FlightLog], list
     if not kept:
         problem = f"has {len(cuts)} gaps and no stretch of {config.data.shortest_piece:g} s without one"
         raise InputError(log.source, "t", problem, "give a log that is whole for longer")
-    lost = log.duration - sum(piece.duration for piece in kept)
+    left = log.duration - sum(piece.duration for piece in kept)
     name = Path(log.source).name
-    said = f"{name}: cut at {len(cuts)} gap{'s' * (len(cuts) > 1)}, {len(kept)} stretches used, {lost:.1f} s left out"
+    said = f"{name}: cut at {len(cuts)} gap{'s' * (len(cuts) > 1)}, {len(kept)} stretches used, {left:.1f} s left out"
     return [replace(piece, source=log.source) for piece in kept], [said]
 
 

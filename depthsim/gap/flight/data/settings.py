@@ -175,7 +175,7 @@ def _as_law(code: int, c: tuple[float, float, float], vehicle: Vehicle) -> dict[
         return _dump(ThrustDifference, c=_rounded(c[0]))
     if code == ROTOR_SQRT:
         return _dump(RotorSqrt, c_d1=_floor(c[0]))
-    raise AssertionError(f"no formula changes the law {code}")
+    raise AssertionError(f"no candidate changes the law {code}")
 
 
 def _dump(law: type[AnyDragLaw], **keys: Any) -> dict[str, Any]:

@@ -26,7 +26,7 @@ class Settings:
 
     mass [kg]. seconds: (F,) of the logs.
     laws: the forces of the air, by the slot they stand in: ``rotor``, ``body``, ``box``, ``vertical`` or ``face``.
-    inflow [s/m]: of the thrust, lost for each m/s of climb.
+    inflow [s/m]: of the thrust, less for each m/s of climb.
     wind: (3,) [m/s]; with ``shear``, a height [m] and an exponent, it is the wind there, by the power law.
     scales: (K,) thrust of each rotor over what the log says; offset [N] and fade [1/s] come before, as in
     ``measurement``. lag [s] of the thrust behind the log, in ``lag_order`` equal steps. ground: None without one.

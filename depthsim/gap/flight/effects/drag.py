@@ -10,7 +10,7 @@ from depthsim.flight.constants import AIR_DENSITY, GRAVITY
 from depthsim.flight.drag import BODY_QUADRATIC, LINEAR, QUADRATIC, ROTOR_SQRT
 from depthsim.gap.flight.data.records import Records
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.effect import FlightEffect, Formula, Parameter, Values
+from depthsim.gap.flight.effect import Candidate, FlightEffect, Parameter, Values
 
 _DRAG = "N s/m"
 _HALF_RHO = 0.5 * AIR_DENSITY
@@ -34,7 +34,7 @@ class RotorDrag(FlightEffect):
     rank = 10
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """With the root of the thrust or without."""
         code, now = base.laws.get("rotor", (ROTOR_SQRT, (0.0, 0.0, 0.0)))
         strength = float(np.sqrt(len(base.scales) * base.mass * GRAVITY))
@@ -61,9 +61,9 @@ class RotorDrag(FlightEffect):
             Parameter(f"D_{name}", _DRAG, start, d, 0.0, high) for name, start in zip("xy", along, strict=True)
         )
         return [
-            Formula(cls.id, "rotor_sqrt", (Parameter("c_d1", "√N s/m", rotor, c, 0.0, high / strength),), sqrt),
-            Formula(cls.id, "linear", (Parameter("D", _DRAG, lateral, d, 0.0, high),), both),
-            Formula(cls.id, "linear, x and y", apart, each),
+            Candidate(cls.id, "rotor_sqrt", (Parameter("c_d1", "√N s/m", rotor, c, 0.0, high / strength),), sqrt),
+            Candidate(cls.id, "linear", (Parameter("D", _DRAG, lateral, d, 0.0, high),), both),
+            Candidate(cls.id, "linear, x and y", apart, each),
         ]
 
 
@@ -77,13 +77,13 @@ class BodyDragQuadratic(FlightEffect):
     rank = 20
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """Along the air, face by face, and both."""
         code, now = base.laws.get("body", (BODY_QUADRATIC, (0.0, 0.0, 0.0)))
         a = [value / _HALF_RHO for value in now]
         mean, high = sum(a) / 3, _BLUNTEST * base.mass
 
-        def formula(name: str, code: int, starts: Sequence[float], places: tuple[int, int, int]) -> Formula:
+        def candidate(name: str, code: int, starts: Sequence[float], places: tuple[int, int, int]) -> Candidate:
             names = {1: ("A",), 2: ("A_xy", "A_z"), 3: ("A_x", "A_y", "A_z")}[len(starts)]
 
             def apply(s: Settings, v: Values) -> Settings:
@@ -93,7 +93,7 @@ class BodyDragQuadratic(FlightEffect):
             parameters = tuple(
                 Parameter(each, "m²", start, 0.01, 0.0, high) for each, start in zip(names, starts, strict=True)
             )
-            return Formula(cls.id, name, parameters, apply)
+            return Candidate(cls.id, name, parameters, apply)
 
         def mixed(s: Settings, v: Values) -> Settings:
             c = [_HALF_RHO * value for value in v]
@@ -106,12 +106,12 @@ class BodyDragQuadratic(FlightEffect):
         first = 0 if code == BODY_QUADRATIC else 2
         both[first], both[first + 1] = replace(both[first], start=level), replace(both[first + 1], start=a[2])
         return [
-            formula("round body", BODY_QUADRATIC, [mean], (0, 0, 0)),
-            formula("round body, z apart", BODY_QUADRATIC, [level, a[2]], (0, 0, 1)),
-            formula("box", QUADRATIC, [level, a[2]], (0, 0, 1)),
-            formula("box, each axis", QUADRATIC, a, (0, 1, 2)),
-            formula("round body, each axis", BODY_QUADRATIC, a, (0, 1, 2)),
-            Formula(cls.id, "round body and box", tuple(both), mixed),
+            candidate("round body", BODY_QUADRATIC, [mean], (0, 0, 0)),
+            candidate("round body, z apart", BODY_QUADRATIC, [level, a[2]], (0, 0, 1)),
+            candidate("box", QUADRATIC, [level, a[2]], (0, 0, 1)),
+            candidate("box, each axis", QUADRATIC, a, (0, 1, 2)),
+            candidate("round body, each axis", BODY_QUADRATIC, a, (0, 1, 2)),
+            Candidate(cls.id, "round body and box", tuple(both), mixed),
         ]
 
 
@@ -127,7 +127,7 @@ class VerticalDamping(FlightEffect):
     rank = 70
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """Linear, with the thrust (a rotor's inflow), with the square, and mixed."""
         code, now = base.laws.get("vertical", (LINEAR, (0.0, 0.0, 0.0)))
         starts = (now[2], 0.0) if code == LINEAR else (0.0, now[2] / _HALF_RHO)
@@ -145,8 +145,8 @@ class VerticalDamping(FlightEffect):
 
         inflow = Parameter("inflow", "s/m", base.inflow, 0.005, 0.0, 2 * _STRONGEST / GRAVITY)
         return [
-            Formula(cls.id, "linear", (linear,), first),
-            Formula(cls.id, "with the thrust", (inflow,), lambda s, v: replace(s, inflow=v[0])),
-            Formula(cls.id, "square", (square,), second),
-            Formula(cls.id, "linear and square", (linear, square), both),
+            Candidate(cls.id, "linear", (linear,), first),
+            Candidate(cls.id, "with the thrust", (inflow,), lambda s, v: replace(s, inflow=v[0])),
+            Candidate(cls.id, "square", (square,), second),
+            Candidate(cls.id, "linear and square", (linear, square), both),
         ]

@@ -8,7 +8,7 @@ import numpy as np
 from depthsim.flight.ground_effect import GroundEffect
 from depthsim.gap.flight.data.records import Records
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.effect import FlightEffect, Formula, Parameter, Values
+from depthsim.gap.flight.effect import Candidate, FlightEffect, Parameter, Values
 
 _REACH = 8.0
 """Rotor radii: above this no ground effect was ever measured (Sanchez-Cuevas 2017: below 5)."""
@@ -23,7 +23,7 @@ class NearGround(FlightEffect):
     title = "the ground effect"
     axes = ("altitude",)
     needs = ("thrust", "positions")
-    most_left = 0.05  # what lies on height alone is the ground's; no other effect could be taken for it
+    most_left = 0.05  # what lies on height alone is the ground's; no other effect could be misattributed to it
     apart: ClassVar = {
         "thrust_scale": "Fly at several heights, the lowest within two rotor radii.",
         "mass": "Fly at several heights, the lowest within two rotor radii.",
@@ -31,7 +31,7 @@ class NearGround(FlightEffect):
     rank = 80
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """By Cheeseman and Bennett with a strength, or falling off exponentially; none where no log goes that low."""
         if not _low(records, radius):
             return []
@@ -46,8 +46,8 @@ class NearGround(FlightEffect):
         height = Parameter("height", "m", 2 * radius, 0.1 * radius, 0.25 * radius, 0.75 * _REACH * radius)
         decay = (Parameter("strength", "", 0.1, 0.02, 0.0, 3.0), height)
         return [
-            Formula(cls.id, "cheeseman_bennett", (strength,), bennett, linear=False),
-            Formula(cls.id, "exponential", decay, exponential, linear=False),
+            Candidate(cls.id, "cheeseman_bennett", (strength,), bennett, linear=False),
+            Candidate(cls.id, "exponential", decay, exponential, linear=False),
         ]
 
 

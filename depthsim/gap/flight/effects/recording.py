@@ -9,12 +9,12 @@ import numpy as np
 from depthsim.flight.table import Floats
 from depthsim.gap.flight.data.records import ACCELEROMETER, Records
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.effect import FlightEffect, Formula, Parameter, Values
+from depthsim.gap.flight.effect import Candidate, FlightEffect, Parameter, Values
 
 _KNOTS = 10.0
 """[s] between knots of a bias that wanders."""
 _MOST_KNOTS = 45
-"""Numbers of such a bias in all; with more logs it costs more than it tells."""
+"""Numbers of such a bias in all; with more logs it costs more than it is worth."""
 
 
 class ImuBias(FlightEffect):
@@ -35,20 +35,20 @@ class ImuBias(FlightEffect):
     rank = 90
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """Constant, drifting in a straight line, and wandering between knots."""
 
-        def formula(name: str, knots: int) -> Formula:
+        def candidate(name: str, knots: int) -> Candidate:
             names = [
                 f"{axis}{file or ''} {knot}" for file in range(base.files) for knot in range(knots) for axis in "xyz"
             ]
             parameters = tuple(Parameter(name, "m/s²", 0.0, 0.1) for name in names)
-            return Formula(cls.id, name, parameters, _with_bias, columns=_columns, named=_named)
+            return Candidate(cls.id, name, parameters, _with_bias, columns=_columns, named=_named)
 
-        found = [formula("constant", 1), formula("straight line in time", 2)]
+        found = [candidate("constant", 1), candidate("straight line in time", 2)]
         knots = max(round(max(base.seconds) / _KNOTS) + 1, 3)
         if 3 * knots * base.files <= _MOST_KNOTS:
-            found.append(formula("wandering", knots))
+            found.append(candidate("wandering", knots))
         return found
 
 
@@ -66,10 +66,10 @@ class ImuMisalignment(FlightEffect):
     rank = 95
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """A small rotation."""
         turn = tuple(Parameter(axis, "rad", 0.0, 0.01, -0.5, 0.5) for axis in "xyz")
-        return [Formula(cls.id, "small rotation", turn, lambda s, v: replace(s, rotation=(v[0], v[1], v[2])))]
+        return [Candidate(cls.id, "small rotation", turn, lambda s, v: replace(s, rotation=(v[0], v[1], v[2])))]
 
 
 class LogTimeOffset(FlightEffect):
@@ -81,19 +81,19 @@ class LogTimeOffset(FlightEffect):
     rank = 97
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """The accelerometer late, both it and the thrust, or the thrust; those that the logs have."""
         imu, thrust = records.channels[0] == ACCELEROMETER, not records.lacks(("thrust",))
         there = {"accelerometer": imu, "recorder": imu and thrust, "thrust": thrust}
         return [_offset(cls.id, late) for late, known in there.items() if known]
 
 
-def _offset(effect: str, late: str) -> Formula:
+def _offset(effect: str, late: str) -> Candidate:
     def apply(s: Settings, v: Values) -> Settings:
         return replace(s, delays={**s.delays, late: v[0]})
 
     parameter = Parameter("seconds", "s", 0.0, 0.01, -0.5, 0.5)
-    return Formula(effect, f"{late} late", (parameter,), apply, linear=False)
+    return Candidate(effect, f"{late} late", (parameter,), apply, linear=False)
 
 
 def _with_bias(s: Settings, v: Values) -> Settings:

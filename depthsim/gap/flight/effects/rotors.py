@@ -8,7 +8,7 @@ import numpy as np
 from depthsim.flight.drag import THRUST_DIFFERENCE
 from depthsim.gap.flight.data.records import Records
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.effect import FlightEffect, Formula, Parameter, Values
+from depthsim.gap.flight.effect import Candidate, FlightEffect, Parameter, Values
 
 UNEVEN, EACH = "rotors uneven as logged", "each rotor"
 _EVEN = 0.01
@@ -30,26 +30,26 @@ class RotorThrustDifference(FlightEffect):
     rank = 99
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """Eq. 12 less Eq. 13 of the paper, rotors as uneven as their logged thrusts, and each its own."""
 
         def turning(s: Settings, v: Values) -> Settings:
             return s.with_law("difference", (THRUST_DIFFERENCE, (v[0], 0.0, 0.0)))
 
-        found = [Formula(cls.id, "thrust_difference", (Parameter("c", "s/m", 0.0, 0.02),), turning)]
+        found = [Candidate(cls.id, "thrust_difference", (Parameter("c", "s/m", 0.0, 0.02),), turning)]
         logged = logged_shares(records)
         if logged is not None:
 
             def each(s: Settings, v: Values) -> Settings:
                 return replace(s, scales=tuple(scale * v[0] / one for scale, one in zip(s.scales, logged, strict=True)))
 
-            found.append(Formula(cls.id, UNEVEN, (Parameter("level", "", 1.0, 0.01, 0.3, 3.0),), each))
+            found.append(Candidate(cls.id, UNEVEN, (Parameter("level", "", 1.0, 0.01, 0.3, 3.0),), each))
 
         def own(s: Settings, v: Values) -> Settings:
             return replace(s, scales=tuple(scale * one for scale, one in zip(s.scales, v, strict=True)))
 
         rotors = tuple(Parameter(f"rotor {n}", "", 1.0, 0.01, 0.3, 3.0) for n in range(1, len(base.scales) + 1))
-        return [*found, Formula(cls.id, EACH, rotors, own)]
+        return [*found, Candidate(cls.id, EACH, rotors, own)]
 
 
 def logged_shares(records: Records) -> list[float] | None:

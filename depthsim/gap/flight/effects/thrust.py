@@ -7,7 +7,7 @@ import numpy as np
 
 from depthsim.gap.flight.data.records import Records
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.effect import FlightEffect, Formula, Parameter, Values
+from depthsim.gap.flight.effect import Candidate, FlightEffect, Parameter, Values
 
 
 class ThrustScale(FlightEffect):
@@ -24,7 +24,7 @@ class ThrustScale(FlightEffect):
     rank = 50
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """In proportion, by newtons, by both, or fading as the battery empties."""
         rotor = float(np.mean([part.thrusts[part.rows].mean() for part in records.parts]))
         offset = Parameter("offset", "N", base.offset, 0.01 * rotor, -0.7 * rotor, 0.7 * rotor)
@@ -34,10 +34,10 @@ class ThrustScale(FlightEffect):
             return replace(_scale(s, v), fade=s.fade + v[1] / v[0])
 
         return [
-            Formula(cls.id, "scale", (scale,), _scale),
-            Formula(cls.id, "offset", (offset,), lambda s, v: replace(s, offset=v[0])),
-            Formula(cls.id, "scale and offset", (scale, offset), lambda s, v: replace(_scale(s, v), offset=v[1])),
-            Formula(cls.id, "fading", (scale, loss), fading),
+            Candidate(cls.id, "scale", (scale,), _scale),
+            Candidate(cls.id, "offset", (offset,), lambda s, v: replace(s, offset=v[0])),
+            Candidate(cls.id, "scale and offset", (scale, offset), lambda s, v: replace(_scale(s, v), offset=v[1])),
+            Candidate(cls.id, "fading", (scale, loss), fading),
         ]
 
 
@@ -53,10 +53,10 @@ class Mass(FlightEffect):
     rank = 55
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """The mass itself."""
         mass = Parameter("mass", "kg", base.mass, 0.01 * base.mass, 0.3 * base.mass, 3 * base.mass)
-        return [Formula(cls.id, "mass", (mass,), lambda s, v: replace(s, mass=v[0]), linear=False)]
+        return [Candidate(cls.id, "mass", (mass,), lambda s, v: replace(s, mass=v[0]), linear=False)]
 
 
 class ThrustLag(FlightEffect):
@@ -72,15 +72,15 @@ class ThrustLag(FlightEffect):
     rank = 60
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """As of first order, as a dead time, and both."""
         lag = Parameter("time_constant", "s", 0.03, 0.003, 1e-3, 0.5)
         late = Parameter("dead_time", "s", 0.03, 0.003, 1e-3, 0.3)
         dead = Parameter("dead_share", "", 0.3, 0.1, 0.0, 1.0, shape=True)
         return [
-            Formula(cls.id, "first order", (lag,), _lag, linear=False),
-            Formula(cls.id, "dead time", (late,), _dead, linear=False),
-            Formula(cls.id, "first order and dead time", (lag, dead), _lag_and_dead, linear=False),
+            Candidate(cls.id, "first order", (lag,), _lag, linear=False),
+            Candidate(cls.id, "dead time", (late,), _dead, linear=False),
+            Candidate(cls.id, "first order and dead time", (lag, dead), _lag_and_dead, linear=False),
         ]
 
 

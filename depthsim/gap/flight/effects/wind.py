@@ -7,7 +7,7 @@ import numpy as np
 
 from depthsim.gap.flight.data.records import Records
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.effect import FlightEffect, Formula, Parameter, Values
+from depthsim.gap.flight.effect import Candidate, FlightEffect, Parameter, Values
 
 _STORM = 40.0
 """[m/s]"""
@@ -24,10 +24,10 @@ class ConstantWind(FlightEffect):
     rank = 30
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """A level wind, the same everywhere or by the power law of the height; x and y are it at the median height."""
         level = tuple(Parameter(name, "m/s", 0.0, 0.2, -_STORM, _STORM) for name in "xy")
-        found = [Formula(cls.id, "level", level, _wind)]
+        found = [Candidate(cls.id, "level", level, _wind)]
         places = [part.log.position[part.rows, 2] for part in records.parts if part.log.position is not None]
         if len(places) < len(records.parts) or base.shear is not None:
             return found
@@ -37,11 +37,11 @@ class ConstantWind(FlightEffect):
             return replace(_wind(s, v), shear=(middle, v[2]))
 
         exponent = Parameter("exponent", "", 1 / 7, 0.05, 0.0, 1.0, shape=True)
-        return [*found, Formula(cls.id, "growing with height", (*level, exponent), sheared, linear=False)]
+        return [*found, Candidate(cls.id, "growing with height", (*level, exponent), sheared, linear=False)]
 
 
 class GustingWind(FlightEffect):
-    """A wind that changes in time. It is no formula: gap/flight/fit/series.py fits it at knots in time."""
+    """A wind that changes in time. It is no candidate: gap/flight/fit/series.py fits it at knots in time."""
 
     id: ClassVar[str] = "gusting_wind"
     title = "a wind that gusts"
@@ -51,7 +51,7 @@ class GustingWind(FlightEffect):
     rank = 40
 
     @classmethod
-    def formulas(cls, records: Records, base: Settings, radius: float) -> list[Formula]:
+    def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """None."""
         return []
 

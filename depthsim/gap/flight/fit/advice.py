@@ -1,4 +1,4 @@
-"""What to record next: which flight would tell apart effects that these logs cannot."""
+"""What to record next: which flight would distinguish effects that these logs do not."""
 
 from collections.abc import Sequence
 
@@ -11,5 +11,5 @@ def advice(effect: str, others: Sequence[str]) -> str:
     if not others:
         return own.recording
     found = [own.apart.get(other) or flight_effect(other).apart.get(effect, "") for other in others]
-    told = list(dict.fromkeys(sentence for sentence in found if sentence))
-    return " ".join(told or ["Fly at other speeds, heights and headings, with climbs and hard turns."])
+    flights = list(dict.fromkeys(sentence for sentence in found if sentence))
+    return " ".join(flights or ["Fly at other speeds, heights and headings, with climbs and hard turns."])

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 from depthsim.gap.flight.data.records import Records
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.effect import FlightEffect, Formula, flight_effect, flight_effect_ids
+from depthsim.gap.flight.effect import Candidate, FlightEffect, flight_effect, flight_effect_ids
 
 
-def bank(records: Records, base: Settings, radius: float, without: Sequence[str] = ()) -> list[Formula]:
-    """The formulas that these logs can be asked about. radius: of a rotor [m]. without: effects that are left out."""
+def bank(records: Records, base: Settings, radius: float, without: Sequence[str] = ()) -> list[Candidate]:
+    """The candidates that these logs can be asked about. radius: of a rotor [m]. without: effects that are left out."""
     kept = [kind for kind in _effects() if kind.id not in without and not records.lacks(kind.needs)]
-    return [formula for kind in kept for formula in kind.formulas(records, base, radius)]
+    return [candidate for kind in kept for candidate in kind.candidates(records, base, radius)]
 
 
 def left_out(records: Records) -> list[str]:

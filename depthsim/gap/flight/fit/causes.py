@@ -8,18 +8,18 @@ import numpy as np
 from depthsim.flight.table import Floats
 from depthsim.gap.diagnosis import Cause
 from depthsim.gap.flight.data.evidence import Problem
-from depthsim.gap.flight.effect import Formula
+from depthsim.gap.flight.effect import Candidate
 from depthsim.gap.flight.effects.wind import GustingWind
 from depthsim.gap.flight.fit.advice import advice
 from depthsim.gap.flight.fit.optimize import Fit, refitted
-from depthsim.gap.flight.fit.select import Choice, without
+from depthsim.gap.flight.fit.select import Selection, without
 from depthsim.gap.resampling import block_weights, percentile95
 
 
-def causes_of(problem: Problem, choice: Choice, floor: float, seed: int) -> tuple[tuple[Cause, ...], list[float]]:
+def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -> tuple[tuple[Cause, ...], list[float]]:
     """The causes, the one that closes most first, and the gap before and after each [m/s²]."""
-    fit = choice.fit
-    ladder = _ladder(choice)
+    fit = selection.fit
+    ladder = _ladder(selection)
     weights = block_weights(len(problem.counts), seed=seed)
     rms = [_rms(problem, squares) for _, squares in ladder]
     draws = [_rms(problem, squares, weights) for _, squares in ladder]
@@ -28,17 +28,17 @@ def causes_of(problem: Problem, choice: Choice, floor: float, seed: int) -> tupl
         closed = float(_portion(rms, step, floor))
         interval = _pair(percentile95(_portion(draws, step, floor)))
         if index is None:
-            found.append(_gust_cause(problem, choice, closed, interval))
+            found.append(_gust_cause(problem, selection, closed, interval))
             continue
-        formula, values = fit.formulas[index], fit.values[index]
-        alternatives = tuple(choice.alternatives[index]) if choice.alternatives else ()
+        candidate, values = fit.candidates[index], fit.values[index]
+        alternatives = tuple(selection.alternatives[index]) if selection.alternatives else ()
         errors = fit.errors[index]
-        parameters = {"formula": formula.name, **_named(formula, values, problem)}
-        low = _named(formula, [value - 2.0 * error for value, error in zip(values, errors, strict=True)], problem)
-        high = _named(formula, [value + 2.0 * error for value, error in zip(values, errors, strict=True)], problem)
+        parameters = {"formula": candidate.name, **_named(candidate, values, problem)}
+        low = _named(candidate, [value - 2.0 * error for value, error in zip(values, errors, strict=True)], problem)
+        high = _named(candidate, [value + 2.0 * error for value, error in zip(values, errors, strict=True)], problem)
         found.append(
             Cause(
-                effect=formula.effect,
+                effect=candidate.effect,
                 parameters=parameters,
                 ci95={
                     name: (low[name], high[name])
@@ -49,31 +49,33 @@ def causes_of(problem: Problem, choice: Choice, floor: float, seed: int) -> tupl
                 closed_fraction=rounded(closed),
                 ci95_closed=interval,
                 indistinguishable_from=alternatives,
-                advice=advice(formula.effect, alternatives),
+                advice=advice(candidate.effect, alternatives),
             )
         )
     return tuple(found), rms
 
 
-def _ladder(choice: Choice) -> list[tuple[int | None, Floats]]:
+def _ladder(selection: Selection) -> list[tuple[int | None, Floats]]:
     """Squared residuals (B,) of the first channel with one cause more each time, the strongest first."""
-    fit = choice.fit
-    count = len(fit.formulas)
-    lost = [_first(without(fit, index)).sum() for index in range(count)] if count > 1 else [0.0] * count
-    order: list[int | None] = [int(index) for index in np.argsort(lost, kind="stable")[::-1]]
-    if choice.gusts is not None:
-        gusty = float(((fit.held_out[:, 0] + choice.gusts.predicted[:, 0]) ** 2).sum())
-        order.insert(sum(1 for index in order if index is not None and lost[index] > gusty), None)
-    found: list[tuple[int | None, Floats]] = [(None, _first(choice.start))]
+    fit = selection.fit
+    count = len(fit.candidates)
+    without_each = [_first(without(fit, index)).sum() for index in range(count)] if count > 1 else [0.0] * count
+    order: list[int | None] = [int(index) for index in np.argsort(without_each, kind="stable")[::-1]]
+    if selection.gusts is not None:
+        gusty = float(((fit.held_out[:, 0] + selection.gusts.predicted[:, 0]) ** 2).sum())
+        order.insert(sum(1 for index in order if index is not None and without_each[index] > gusty), None)
+    found: list[tuple[int | None, Floats]] = [(None, _first(selection.start))]
     taken: list[int] = []
     calm = False
     for index in order:
         calm = calm or index is None
         taken += [] if index is None else [index]
-        problem = fit.problem if calm else choice.start.problem
-        formulas = [fit.formulas[place] for place in taken]
+        problem = fit.problem if calm else selection.start.problem
+        candidates = [fit.candidates[place] for place in taken]
         values = tuple(fit.values[place] for place in taken)
-        step = fit if len(taken) == count and (calm or choice.gusts is None) else refitted(problem, formulas, values)
+        step = (
+            fit if len(taken) == count and (calm or selection.gusts is None) else refitted(problem, candidates, values)
+        )
         found.append((index, _first(step)))
     return found
 
@@ -89,10 +91,10 @@ def _rms(problem: Problem, squares: Floats, weights: Floats | None = None) -> An
     return np.sqrt((weights @ squares) / (weights @ counts))
 
 
-def closed_interval(problem: Problem, choice: Choice, floor: float, seed: int) -> tuple[float, float]:
+def closed_interval(problem: Problem, selection: Selection, floor: float, seed: int) -> tuple[float, float]:
     """The 95 % interval of what all causes together close, over blocks of time."""
     weights = block_weights(len(problem.counts), seed=seed)
-    before, after = _rms(problem, _first(choice.start), weights), _rms(problem, _first(choice.fit), weights)
+    before, after = _rms(problem, _first(selection.start), weights), _rms(problem, _first(selection.fit), weights)
     return _pair(percentile95(np.clip((before - after) / np.maximum(before - floor, 1e-9), -1.0, 1.0)))
 
 
@@ -110,24 +112,24 @@ def closed_share(before: float, after: float, floor: float) -> float:
     return float(np.clip((before - after) / max(before - floor, 1e-9), -1.0, 1.0))
 
 
-def _named(formula: Formula, values: Sequence[float], problem: Problem) -> dict[str, Any]:
-    """Parameters by name, as the formula has them reported."""
-    if formula.named is None:
-        return {parameter.name: rounded(value) for parameter, value in zip(formula.parameters, values, strict=True)}
-    found = formula.named(values, problem.records, problem.base)
+def _named(candidate: Candidate, values: Sequence[float], problem: Problem) -> dict[str, Any]:
+    """Parameters by name, as the candidate has them reported."""
+    if candidate.named is None:
+        return {parameter.name: rounded(value) for parameter, value in zip(candidate.parameters, values, strict=True)}
+    found = candidate.named(values, problem.records, problem.base)
     return {key: [rounded(one) for one in value] for key, value in found.items()}
 
 
-def gust_keys(problem: Problem, choice: Choice) -> dict[str, Any] | None:
+def gust_keys(problem: Problem, selection: Selection) -> dict[str, Any] | None:
     """What a vehicle.yaml has of the gusts: mean, strength and correlation time; None without gusts."""
-    if choice.gusts is None:
+    if selection.gusts is None:
         return None
-    wind, mean = choice.gusts.knots, np.array(problem.base.wind[:2]) + choice.gusts.knots.mean(axis=0)
+    wind, mean = selection.gusts.knots, np.array(problem.base.wind[:2]) + selection.gusts.knots.mean(axis=0)
     spread = float(np.sqrt(wind.var(axis=0).mean()))
     return {
         "velocity": [rounded(float(mean[0])), rounded(float(mean[1])), 0.0],
         "intensity": rounded(spread),
-        "correlation_time": rounded(_correlation_time(choice.gusts.knots, choice.gusts.time)),
+        "correlation_time": rounded(_correlation_time(selection.gusts.knots, selection.gusts.time)),
     }
 
 
@@ -142,10 +144,10 @@ def _correlation_time(wind: Floats, time: Floats) -> float:
     return len(calm) // 2 * step
 
 
-def _gust_cause(problem: Problem, choice: Choice, closed: float, interval: tuple[float, float]) -> Cause:
-    keys = gust_keys(problem, choice)
-    assert keys is not None and choice.gusts is not None
-    blocks = np.array_split(choice.gusts.knots, max(len(choice.gusts.knots) // 12, 2))
+def _gust_cause(problem: Problem, selection: Selection, closed: float, interval: tuple[float, float]) -> Cause:
+    keys = gust_keys(problem, selection)
+    assert keys is not None and selection.gusts is not None
+    blocks = np.array_split(selection.gusts.knots, max(len(selection.gusts.knots) // 12, 2))
     spreads = np.sqrt(np.array([block.var(axis=0).mean() for block in blocks]))
     half = float(2 * spreads.std(ddof=1) / np.sqrt(len(spreads)))
     return Cause(

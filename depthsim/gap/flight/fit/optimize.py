@@ -1,6 +1,6 @@
-"""Fitting formulas to logs, and judging them on time that they were not fitted on.
+"""Fitting candidates to logs, and validating them on time that they were not fitted on.
 
-The residuals of all channels are weighed by their noise, and fitted by Gauss-Newton. The judgement is a
+The residuals of all channels are weighed by their noise, and fitted by Gauss-Newton. The validation is a
 cross-validation over stretches of time: with the model linearised at the fit, a fit without a stretch is a small linear
 system.
 """
@@ -15,13 +15,13 @@ import numpy as np
 from depthsim.flight.table import Floats
 from depthsim.gap.flight.data.evidence import Problem, Values
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.effect import Formula
+from depthsim.gap.flight.effect import Candidate
 
 _TILT = 0.005
 """[rad] how well the attitude in a log is known to be the body's: 0.3 degrees."""
 _ROUNDS = 4
 _SHORTER = 0.3
-_SETTLED = 1e-5
+_CONVERGED = 1e-5
 """Of the loss: a step that promises less is not taken."""
 
 
@@ -29,12 +29,12 @@ _SETTLED = 1e-5
 class Fit:
     """Formulas fitted together.
 
-    values: of each formula. residual: (n, C, A) at the fit. tilts: of the attitudes. columns: (n, C, A, P), the tilts
+    values: of each candidate. residual: (n, C, A) at the fit. tilts: of the attitudes. columns: (n, C, A, P), the tilts
     first. squares: (blocks, C, A) squared residuals of each block when it was held out.
     """
 
     problem: Problem
-    formulas: tuple[Formula, ...]
+    candidates: tuple[Candidate, ...]
     values: Values
     tilts: Floats
     residual: Floats
@@ -42,13 +42,13 @@ class Fit:
 
     @property
     def settings(self) -> Settings:
-        """The model with these formulas."""
-        return self.problem.settings(self.formulas, self.values)
+        """The model with these candidates."""
+        return self.problem.settings(self.candidates, self.values)
 
     @property
     def effects(self) -> tuple[str, ...]:
         """The names of what is fitted."""
-        return tuple(formula.effect for formula in self.formulas)
+        return tuple(candidate.effect for candidate in self.candidates)
 
     @cached_property
     def sums(self) -> tuple[Floats, Floats, Floats]:
@@ -58,10 +58,10 @@ class Fit:
         r = np.ascontiguousarray(np.moveaxis(self.residual, 0, 2))
         xx, xr, rr = [], [], []
         for low, high in pairwise(starts):
-            part, rest = x[:, :, low:high], r[:, :, low:high]
+            part, own = x[:, :, low:high], r[:, :, low:high]
             xx.append(np.swapaxes(part, -1, -2) @ part)
-            xr.append((np.swapaxes(part, -1, -2) @ rest[..., None])[..., 0])
-            rr.append((rest**2).sum(axis=-1))
+            xr.append((np.swapaxes(part, -1, -2) @ own[..., None])[..., 0])
+            rr.append((own**2).sum(axis=-1))
         return np.stack(xx), np.stack(xr), np.stack(rr)
 
     @cached_property
@@ -133,52 +133,54 @@ class Fit:
 
 
 def empty_fit(problem: Problem) -> Fit:
-    """No formula at all, only the tilts."""
+    """No candidate at all, only the tilts."""
     return _iterate(problem, (), (), np.zeros(problem.tilts.shape[-1]), None)
 
 
-def extended(fit: Fit, formula: Formula) -> Fit:
-    """A fit with one formula more; the columns of the others are taken over from before."""
-    return _iterate(fit.problem, (*fit.formulas, formula), (*fit.values, tuple(formula.starts)), fit.tilts, fit.columns)
+def extended(fit: Fit, candidate: Candidate) -> Fit:
+    """A fit with one candidate more; the columns of the others are taken over from before."""
+    return _iterate(
+        fit.problem, (*fit.candidates, candidate), (*fit.values, tuple(candidate.starts)), fit.tilts, fit.columns
+    )
 
 
-def refitted(problem: Problem, formulas: Sequence[Formula], values: Values | None = None) -> Fit:
+def refitted(problem: Problem, candidates: Sequence[Candidate], values: Values | None = None) -> Fit:
     """Formulas fitted together from the start."""
-    starts = values if values is not None else tuple(tuple(formula.starts) for formula in formulas)
-    return _iterate(problem, tuple(formulas), starts, np.zeros(problem.tilts.shape[-1]), None)
+    starts = values if values is not None else tuple(tuple(candidate.starts) for candidate in candidates)
+    return _iterate(problem, tuple(candidates), starts, np.zeros(problem.tilts.shape[-1]), None)
 
 
 def _iterate(
-    problem: Problem, formulas: tuple[Formula, ...], values: Values, tilts: Floats, known: Floats | None
+    problem: Problem, candidates: tuple[Candidate, ...], values: Values, tilts: Floats, known: Floats | None
 ) -> Fit:
     """Gauss-Newton; a step that makes it worse is taken shorter. known: columns that are kept, of the tilts and of all
-    formulas but the last."""
-    fresh = range(len(formulas)) if known is None else range(len(formulas) - 1, len(formulas))
-    linear = all(formulas[index].linear for index in fresh)
+    candidates but the last."""
+    fresh = range(len(candidates)) if known is None else range(len(candidates) - 1, len(candidates))
+    linear = all(candidates[index].linear for index in fresh)
     best: Fit | None = None
     least, step, turns = np.inf, np.zeros(0), 0
     new: list[Floats] = []
     for _ in range(2 * _ROUNDS):
-        predicted = problem.predict(problem.settings(formulas, values))
+        predicted = problem.predict(problem.settings(candidates, values))
         residual = problem.measured - predicted - problem.tilts @ tilts
         loss = _whole_loss(problem, residual, tilts)
         if best is not None and not loss <= least:
             if linear or np.abs(step).max() == 0:
                 break
             step = _SHORTER * step
-            values, tilts = _moved(formulas, best.values, step[len(tilts) :]), best.tilts + step[: len(tilts)]
+            values, tilts = _moved(candidates, best.values, step[len(tilts) :]), best.tilts + step[: len(tilts)]
             continue
         if not (linear and new):
-            new = [_columns(problem, formulas, values, index, predicted) for index in fresh]
+            new = [_columns(problem, candidates, values, index, predicted) for index in fresh]
         columns = np.concatenate([problem.tilts if known is None else known, *new], axis=-1)
-        settled = best is not None and least - loss < max(0.05, _SETTLED * loss)
-        best, least = Fit(problem, formulas, values, tilts, residual, columns), loss
+        converged = best is not None and least - loss < max(0.05, _CONVERGED * loss)
+        best, least = Fit(problem, candidates, values, tilts, residual, columns), loss
         turns += 1
-        if not columns.shape[-1] or (linear and turns == 2) or turns == _ROUNDS or (settled and not linear):
+        if not columns.shape[-1] or (linear and turns == 2) or turns == _ROUNDS or (converged and not linear):
             break
         matrix, vector, prior, pull = best.normal
         step = _solve(matrix.sum(axis=0) + np.diag(prior), vector.sum(axis=0) + pull)
-        values, tilts = _moved(formulas, values, step[len(tilts) :]), tilts + step[: len(tilts)]
+        values, tilts = _moved(candidates, values, step[len(tilts) :]), tilts + step[: len(tilts)]
     assert best is not None
     return best
 
@@ -187,25 +189,27 @@ def _whole_loss(problem: Problem, residual: Floats, tilts: Floats) -> float:
     return float(np.einsum("nca,nca,ca->", residual, residual, problem.weights) + (tilts**2).sum() / _TILT**2)
 
 
-def _columns(problem: Problem, formulas: tuple[Formula, ...], values: Values, index: int, predicted: Floats) -> Floats:
-    """(n, C, A, P) of one formula, by finite differences."""
-    formula = formulas[index]
-    found = np.empty((*predicted.shape, len(formula.parameters)))
-    if formula.columns is not None:
-        return formula.columns(problem.records, found)
-    for place, parameter in enumerate(formula.parameters):
+def _columns(
+    problem: Problem, candidates: tuple[Candidate, ...], values: Values, index: int, predicted: Floats
+) -> Floats:
+    """(n, C, A, P) of one candidate, by finite differences."""
+    candidate = candidates[index]
+    found = np.empty((*predicted.shape, len(candidate.parameters)))
+    if candidate.columns is not None:
+        return candidate.columns(problem.records, found)
+    for place, parameter in enumerate(candidate.parameters):
         numbers = list(values[index])
         numbers[place] += parameter.step
         other = (*values[:index], tuple(numbers), *values[index + 1 :])
-        found[..., place] = (problem.predict(problem.settings(formulas, other)) - predicted) / parameter.step
+        found[..., place] = (problem.predict(problem.settings(candidates, other)) - predicted) / parameter.step
     return found
 
 
-def _moved(formulas: tuple[Formula, ...], values: Values, step: Floats) -> Values:
+def _moved(candidates: tuple[Candidate, ...], values: Values, step: Floats) -> Values:
     found, at = [], 0
-    for formula, numbers in zip(formulas, values, strict=True):
+    for candidate, numbers in zip(candidates, values, strict=True):
         moved = np.array(numbers) + step[at : at + len(numbers)]
-        low, high = zip(*((each.low, each.high) for each in formula.parameters), strict=True)
+        low, high = zip(*((each.low, each.high) for each in candidate.parameters), strict=True)
         found.append(tuple(np.clip(moved, low, high).tolist()))
         at += len(numbers)
     return tuple(found)

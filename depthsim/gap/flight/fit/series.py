@@ -1,7 +1,7 @@
-"""What comes and goes in time: a force, or a wind, as straight lines between knots, judged by interpolation.
+"""What comes and goes in time: a force, or a wind, as straight lines between knots, validated by interpolation.
 
 Gusts cannot be predicted from one stretch of time for another, but they last: what is seen before and after a short
-piece tells what was in it. So pieces are left out in turn and filled in from their neighbours.
+piece says what was in it. So pieces are left out in turn and filled in from their neighbours.
 """
 
 from dataclasses import dataclass
@@ -148,9 +148,9 @@ def _prepared(record: Record, r: Floats, x: Floats) -> _Part:
     left = np.minimum(at.astype(int), places - 2)
     share = at - left
     turns = (time / _PIECE).astype(int) % _TURNS
-    flat, rest = x.reshape(count, -1, width), r.reshape(count, -1)
+    flat, flat_r = x.reshape(count, -1, width), r.reshape(count, -1)
     products = np.einsum("nad,nae->nde", flat, flat)
-    along = np.einsum("nad,na->nd", flat, rest)
+    along = np.einsum("nad,na->nd", flat, flat_r)
     inner = np.zeros((_TURNS, places, width, width))
     outer = np.zeros((_TURNS, places - 1, width, width))
     vectors = np.zeros((_TURNS, places, width))
@@ -160,4 +160,4 @@ def _prepared(record: Record, r: Floats, x: Floats) -> _Part:
         np.add.at(inner, (turns, place), (weight**2)[:, None, None] * products)
     np.add.at(outer, (turns, left), (one * share)[:, None, None] * products)
     times = record.log.t[record.rows[0]] + np.arange(places) * _KNOTS
-    return _Part(flat, rest, left, share, turns, inner, outer, vectors, times, r.shape)
+    return _Part(flat, flat_r, left, share, turns, inner, outer, vectors, times, r.shape)

@@ -17,18 +17,18 @@ def lateral_errors(found: Findings, logs: Sequence[FlightLog]) -> tuple[float, f
     """RMS of the lateral specific force [m/s²] on other flights of the vehicle, per axis.
 
     Before the causes were added, and after, with the accelerometer's bias of each flight taken out, since a bias
-    belongs to one flight: found on all of it, or on its first 5 s in the air, and the rest counts.
+    belongs to one flight: found on all of it, or on its first 5 s in the air, and what follows counts.
     """
-    problem, fit = found.problem, found.choice.fit
+    problem, fit = found.problem, found.selection.fit
     settings = replace(fit.settings, bias=())
     squares, counts = np.zeros(3), np.zeros(3)
     for log in logs:
         records = prepare([log], problem.model.vehicle, problem.config)
         for record in records.parts:
             base = (record.measured - problem.model.predict(record, problem.base))[0, :, :2]
-            rest = (record.measured - problem.model.predict(record, settings))[0, :, :2]
+            left = (record.measured - problem.model.predict(record, settings))[0, :, :2]
             head = max(int(_START / record.step), 1)
-            parts = (base, rest - rest.mean(axis=0), (rest - rest[:head].mean(axis=0))[head:])
+            parts = (base, left - left.mean(axis=0), (left - left[:head].mean(axis=0))[head:])
             squares += [float((part**2).sum()) for part in parts]
             counts += [part.size for part in parts]
     before, removed, start = np.sqrt(squares / np.maximum(counts, 1))

@@ -7,7 +7,7 @@ from depthsim.gap.diagnosis import Cause, Cut, Diagnosis
 VERDICTS = {
     "no_gap": "No gap: the model flies as the log does, within its noise.",
     "explained": "Explained: the causes below account for the gap.",
-    "partly_explained": "Partly explained: the causes below close a part, and the rest is no noise.",
+    "partly_explained": "Partly explained: the causes below close a part, and what is left is no noise.",
     "unexplained": "Unexplained: there is a gap, and no effect of the bank is what causes it.",
 }
 
@@ -55,7 +55,7 @@ def next_steps(diagnosis: Diagnosis) -> list[str]:
     for cause in diagnosis.causes:
         others = " or ".join(cause.indistinguishable_from)
         if others:
-            steps.append(f"{cause.effect} cannot be told from {others} here. {cause.advice}")
+            steps.append(f"{cause.effect} is indistinguishable from {others} here. {cause.advice}")
         elif cause.advice:
             steps.append(f"{cause.effect}: {cause.advice}")
     if diagnosis.unexplained is not None:

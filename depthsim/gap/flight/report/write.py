@@ -9,22 +9,26 @@ from depthsim.gap.flight.report import words
 from depthsim.gap.flight.report.drawing import FlightDrawing, measure_drawing
 from depthsim.gap.flight.report.figures import axes_png, time_png
 from depthsim.gap.report.drawing import write_drawing
+from depthsim.gap.report.folder import report_folder
 from depthsim.gap.report.page import Bar, Cell, Page, Tone
-from depthsim.runs.storing import make_folder, write_whole
+from depthsim.runs.storing import write_whole
 
 VEHICLE, PAGE = "vehicle.yaml", "index.html"
 _TONES: dict[str, Tone] = {"no_gap": "good", "explained": "good", "partly_explained": "fair", "unexplained": "bad"}
 
 
 def write_report(folder: Path, found: Findings) -> None:
-    """Write the report into ``folder``; each file appears whole or not at all."""
+    """Write the report to ``folder``, whole or not at all; an earlier report there is replaced.
+
+    Raises :class:`InputError` where ``folder`` is anything else than a report, and where the disk refuses.
+    """
     drawing = measure_drawing(found)
     page = report_page(found.diagnosis, drawing)
-    make_folder(folder)
-    write_whole(folder / VEHICLE, found.vehicle.to_yaml().encode())
-    write_drawing(drawing, folder)
-    write_whole(folder / PAGE, page.encode())
-    found.diagnosis.write(folder)
+    with report_folder(folder) as part:
+        write_whole(part / VEHICLE, found.vehicle.to_yaml().encode())
+        write_drawing(drawing, part)
+        write_whole(part / PAGE, page.encode())
+        found.diagnosis.write(part)
 
 
 def report_page(diagnosis: Diagnosis, drawing: FlightDrawing) -> str:
@@ -43,7 +47,7 @@ def report_page(diagnosis: Diagnosis, drawing: FlightDrawing) -> str:
             [cut.axis.replace("_", " "), words.place(cut), Bar(cut.share_of_gap), cut.what, words.learned(cut)]
             for cut in diagnosis.unexplained.where
         ]
-        page.table(["axis", "most of it at", "share of the rest", "kind", "what can be learned"], rows)
+        page.table(["axis", "most of it at", "share of it", "kind", "what can be learned"], rows)
     steps = words.next_steps(diagnosis)
     if steps:
         page.section("What to do next").items(steps)
@@ -69,7 +73,7 @@ def _causes(page: Page, diagnosis: Diagnosis) -> None:
         share = Bar(cause.closed_fraction, f"{cause.closed_fraction:.0%} ({low:.0%} to {high:.0%})")
         title = f"{cause.effect}: {flight_effect(cause.effect).title}"
         rows.append([title, share, f"{cause.parameters['formula']}: {words.parameters(cause)}", others])
-    page.table(["cause", "closes of the gap", "fitted (95 %)", "cannot be told from"], rows)
+    page.table(["cause", "closes of the gap", "fitted (95 %)", "indistinguishable from"], rows)
 
 
 def _where(page: Page, diagnosis: Diagnosis, drawing: FlightDrawing) -> None:

@@ -15,7 +15,7 @@ _RIDGES = (1e-7, 1e-4, 1e-2, 1.0)
 
 @dataclass(frozen=True)
 class Learned:
-    """A correction on an axis. gains: (B,) of the weighed held-out loss. rest: (n, A) residual that is left [m/s²].
+    """A correction on an axis. gains: (B,) of the weighed held-out loss. residual: (n, A) what is left [m/s²].
 
     closed: share of the power above the noise, of all axes of the body.
     """
@@ -23,7 +23,7 @@ class Learned:
     axis: str
     simple: float
     gains: Floats
-    rest: Floats
+    residual: Floats
     closed: float
 
     @property
@@ -53,22 +53,22 @@ def learn(problem: Problem, residual: Floats, axis: Axis, state: State, noise: F
     best: Floats | None = None
     for ridge in _RIDGES:
         prior = np.eye(len(whole)) * ridge * np.trace(total) / len(whole)
-        rest = np.empty_like(residual)
+        left = np.empty_like(residual)
         for fold in range(count):
             theta = np.linalg.solve(total - matrices[fold] + prior, whole - vectors[fold])
             rows = folds == fold
-            rest[rows] = residual[rows] - columns[rows] @ theta
-        if best is None or (weights * rest**2).sum() < (weights * best**2).sum():
-            best = rest
+            left[rows] = residual[rows] - columns[rows] @ theta
+        if best is None or (weights * left**2).sum() < (weights * best**2).sum():
+            best = left
     assert best is not None
     return _learned(problem, residual, best, axis.name, axis.simple, noise)
 
 
 def learn_time(problem: Problem, residual: Floats, noise: Floats) -> tuple[Learned, Series]:
-    """Whatever comes and goes within seconds: knots in time, judged by interpolation."""
+    """Whatever comes and goes within seconds: knots in time, validated by interpolation."""
     series = free_series(problem, residual)
-    rest = residual - series.predicted[:, 0]
-    return _learned(problem, residual, rest, "time", 0.15, noise), series
+    left = residual - series.predicted[:, 0]
+    return _learned(problem, residual, left, "time", 0.15, noise), series
 
 
 def _gram(x: Floats) -> Floats:
@@ -76,9 +76,9 @@ def _gram(x: Floats) -> Floats:
     return np.asarray(flat.T @ flat)
 
 
-def _learned(problem: Problem, residual: Floats, rest: Floats, name: str, simple: float, noise: Floats) -> Learned:
+def _learned(problem: Problem, residual: Floats, left: Floats, name: str, simple: float, noise: Floats) -> Learned:
     weights = problem.weights[0]
-    gains = np.add.reduceat(((residual**2 - rest**2) * weights).sum(axis=1), problem.starts)
+    gains = np.add.reduceat(((residual**2 - left**2) * weights).sum(axis=1), problem.starts)
     excess = float((residual**2).sum() - len(residual) * (noise**2).sum())
-    closed = float((residual**2).sum() - (rest**2).sum()) / excess if excess > 0 else 0.0
-    return Learned(name, simple, gains, rest, float(np.clip(closed, -1.0, 1.0)))
+    closed = float((residual**2).sum() - (left**2).sum()) / excess if excess > 0 else 0.0
+    return Learned(name, simple, gains, left, float(np.clip(closed, -1.0, 1.0)))

@@ -1,0 +1,61 @@
+"""From what a caller gives to the evidence: the recording, its scene, and the sensor that it is compared with."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from depthsim.errors import InputError
+from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.materials import Materials, load_materials
+from depthsim.runs.folder import Run, open_run
+from depthsim.scene import Scene
+from depthsim.scenefile.load import load_scene
+from depthsim.sensor.effect import Effect
+from depthsim.sensor.profile import Profile, load_profile
+
+
+def load_evidence(
+    run: str | Path | Run,
+    scene: str | Path | Scene | None,
+    sensor: str | Path | Profile | Sequence[Effect] | None,
+    materials: str | Path | Materials | None = None,
+    threads: int | None = None,
+    config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
+) -> tuple[Evidence, Profile]:
+    """The recording as it is looked at, and the profile of the simulator; see :func:`depthsim.gap.diagnose`."""
+    opened, known = open_run(run), load_materials(materials)
+    profile = _profile(opened, sensor)
+    place = _scene(opened, scene, known)
+    return Evidence(opened, place, known, profile.effects, threads, config=config), profile
+
+
+def notes_of(evidence: Evidence) -> tuple[str, ...]:
+    """What a reader must know besides."""
+    looked, whole = len(evidence.frames), len(evidence.run)
+    notes = [f"{looked} of {whole} frames were looked at, in {len(evidence.blocks)} blocks"] if looked < whole else []
+    poses = evidence.run.poses
+    if len(poses) > 1 and np.abs(poses - poses[0]).max() < 1e-6:
+        notes.append("the camera stands still: errors of pose, time and motion cannot be seen")
+    return (*notes, *evidence.run.remarks)
+
+
+def _profile(run: Run, sensor: str | Path | Profile | Sequence[Effect] | None) -> Profile:
+    if sensor is None:
+        own = run.path / "sensor.yaml"
+        profile = load_profile(own if own.is_file() else "paper")
+    else:
+        profile = load_profile(sensor)
+    if profile.stereo is not None:
+        raise InputError(
+            profile.name, "camera.sensor", "is active stereo, which has no effects to fit", "give a profile of effects"
+        )
+    return profile
+
+
+def _scene(run: Run, scene: str | Path | Scene | None, materials: Materials) -> Scene:
+    found = scene if scene is not None else run.scene
+    if found is None:
+        raise InputError(run.path, "", "holds no scene", "put scene.obj or scene.yaml there, or give `scene`")
+    return load_scene(found, materials=materials)

@@ -1,0 +1,52 @@
+"""The causes of a gap with what each closes, and the sensor with all of them."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from depthsim.gap.depth.fit.advice import advice_for
+from depthsim.gap.depth.fit.intervals import parameter_intervals
+from depthsim.gap.depth.fit.select import Selection
+from depthsim.gap.depth.fit.validate import Validator, closed_error
+from depthsim.gap.diagnosis import Cause
+from depthsim.sensor.effect import Effect
+from depthsim.sensor.profile import Profile
+
+
+def causes_of(validator: Validator, selection: Selection, whole: float) -> tuple[Cause, ...]:
+    """The causes, the one that closes most first. whole: the gap over the floor of the sensor with all of them.
+
+    Causes overlap: the mean over all orders adds up to what they close together, taking one away does not.
+    """
+    model, evidence = selection.model, validator.evidence
+    intervals = parameter_intervals(evidence, validator.ruler, evidence.base, model)
+    full = model.build(evidence.base)
+    causes = []
+    for number, part in enumerate(model.parts):
+        fraction = selection.shares[number] / whole if whole > 0 else 0.0
+        half = closed_error(validator, model.less(number).build(evidence.base), full)
+        ties = selection.ties.get(part.effect, ())
+        causes.append(
+            Cause(
+                effect=part.effect,
+                parameters=_rounded(model.parameters(number)),
+                ci95=intervals[number],
+                closed_fraction=fraction,
+                ci95_closed=(fraction - half, fraction + half),
+                indistinguishable_from=ties,
+                advice=advice_for(part.effect, ties),
+            )
+        )
+    return tuple(sorted(causes, key=lambda cause: -cause.closed_fraction))
+
+
+def fixed_profile(profile: Profile, effects: Sequence[Effect]) -> Profile:
+    """The profile with the causes added, its parameters as they are reported."""
+    rounded = tuple(type(e)(**_rounded(e.model_dump())) for e in effects)
+    return profile.model_copy(update={"name": f"{profile.name}_fitted", "effects": rounded, "camera": None})
+
+
+def _rounded(value: Any) -> Any:
+    """Numbers with six figures, which is more than any fit gives."""
+    if isinstance(value, dict):
+        return {k: _rounded(v) for k, v in value.items()}
+    return float(f"{value:.6g}") if isinstance(value, float) else value
