@@ -62,7 +62,7 @@ def _figures(fit: DragFit) -> Table:
     mass = fit.vehicle.mass
     linear = fit.law("linear")
     scales = np.array([part.scale for part in fit.per_flight])
-    table = Table("what", "here", "its README", title="What the flights tell")
+    table = Table("what", "here", "its README", title="What the flights show")
     for index, (name, theirs) in enumerate((("x", "0.39 and 0.40"), ("y", ""))):
         value, low, high = (bound[index] / mass for bound in (linear.values, linear.low, linear.high))
         table.add_row(f"D/m along {name}, 1/s", f"{value:.3f} (95 %: {low:.3f} to {high:.3f})", theirs)

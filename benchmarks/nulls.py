@@ -3,7 +3,7 @@
     ./run python benchmarks/nulls.py
 
 For every scene, number of frames and profile it simulates --runs recordings of one sensor. Each stands for a real one
-in turn and scored against as many of the others as a diagnosis simulates, drawn anew --draws times; so
+in turn and is scored against as many of the others as a diagnosis simulates, drawn anew --draws times; so
 nothing distinguishes it from them. A diagnosis looks for causes where `excess` or `excess_by_axis` is above its
 threshold (docs/thresholds.md; `--set` varies them), and may find none: a gap is claimed no more often than that.
 """

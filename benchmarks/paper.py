@@ -55,7 +55,7 @@ READING = """[bold]What compares and what does not[/bold]
 The paper's R² is its model against a real camera. Ours is the simulator against the model's own law: a check that the
 noise on disk is the law that was asked for. So ours must be near 1, and says nothing of how real the law is; the rows
 of the real D435 do. The paper's time was taken on another machine; only the ratio to plain NumPy, taken here, compares.
-Where the noise is not small against the distance, the law itself cannot hold: depths below 0 are no returns.
+Where the noise is not small against the distance, the law itself cannot hold: depths below 0 are holes.
 [bold]Where the paper contradicts itself[/bold]
 - m: text cement 0.35, formboard 0.50, plastic 0.85; Table 1 cement 0.50, formboard 0.55. The text's are used here.
 - R²: a mean of 0.62 is claimed; the three published values average {mean:.2f}.
@@ -119,7 +119,14 @@ def r2_table(series: dict[str, Series]) -> Table:
 def range_table(series: dict[str, Series]) -> Table:
     """Where the noise on disk leaves the law, and the fill rate."""
     table = Table(title="The law and what 16-bit depth can hold; holes")
-    names = ("material", "law at 8 m", "measured", "expected with depths below 0 lost", "1 % off the law from", "holes")
+    names = (
+        "material",
+        "law at 8 m",
+        "measured",
+        "expected with depths below 0 as holes",
+        "1 % off the law from",
+        "holes",
+    )
     for name in (*names, "holes at 8 m", "saturated"):
         table.add_column(name, justify="left" if name == "material" else "right")
     for tag, one in series.items():

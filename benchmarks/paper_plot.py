@@ -22,7 +22,7 @@ def plot(file: Path, series: dict[str, Series]) -> None:
             beyond = d >= off
             below.plot(d[beyond], (clipped_std(tag, d) / law(tag, d))[beyond], color="black", linewidth=0.9)
             below.annotate(
-                "depths below 0\nare no returns", (d[-1], one.std[-1] / law(tag, d)[-1]), (d[-1] - 2.2, 0.925),
+                "depths below 0\nare holes", (d[-1], one.std[-1] / law(tag, d)[-1]), (d[-1] - 2.2, 0.925),
                 fontsize=8.5, va="center", arrowprops={"arrowstyle": "-", "color": "#8a8f98"},
             )  # fmt: skip
     d = next(iter(series.values())).distance

@@ -95,7 +95,7 @@ def r2(data: Floats, model: Floats) -> float:
 
 
 def clipped_std(tag: str, distance: Floats) -> Floats:
-    """std of the law's Gaussian where what is below half a unit is no return [m]."""
+    """std of the law's Gaussian where what is below half a unit is a hole [m]."""
     std = law(tag, distance)
     return np.asarray(std * truncnorm.std((0.0005 - distance) / std, np.inf))
 

@@ -57,7 +57,7 @@ class Results:
         self.table = Table("what", "ours ms", "other ms", "figure", "at least", "", title="depthsim's speed")
 
     def add(self, what: str, ours: float | None, other: float | None, figure: float, aim: float, more: bool) -> None:
-        """A row; ``more`` tells whether a larger figure is better."""
+        """A row; ``more`` says whether a larger figure is better."""
         times = ("" if value is None else f"{value:.2f}" for value in (ours, other))
         reached = figure >= aim if more else figure <= aim
         sign = "≥" if more else "≤"

@@ -1,4 +1,4 @@
-"""The figures by which a stereo camera's depth is told, from real frames and simulated ones alike."""
+"""The figures by which a stereo camera's depth is described, from real frames and simulated ones alike."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -85,12 +85,12 @@ def run(
     with Progress(console=console) as progress:
         task = progress.add_task("cases", total=len(wanted))
 
-        def told(result: dict[str, Any]) -> None:
+        def report(result: dict[str, Any]) -> None:
             progress.advance(task)
             if "error" in result:
                 progress.console.print(f"[red]{result['stage']}[/red]: {result['error']}", highlight=False)
 
-        run_cases(wanted, settings, told)
+        run_cases(wanted, settings, report)
     if "f" in (tier or TIERS) and run_d435(settings) is None:
         console.print(f"tier f is left out: {D435} is not there")
     print_all(settings.folder, console)

@@ -253,8 +253,8 @@ def fly_case(
     case = Case(tuple(effect.name for effect in effects), strength, flown, time.process_time() - begin)
     gap = flown.diagnosis.gap
     figures = f"{gap.before:.3f} {gap.after:.3f} {gap.floor:.3f} m/s², {case.seconds:.1f} s"
-    told = f"{flown.diagnosis.verdict} {' = '.join(case.first)}, {figures}"
-    print(f"{' + '.join(case.effects)} {strength} {seed} on {words}: {told}", file=sys.stderr, flush=True)
+    said = f"{flown.diagnosis.verdict} {' = '.join(case.first)}, {figures}"
+    print(f"{' + '.join(case.effects)} {strength} {seed} on {words}: {said}", file=sys.stderr, flush=True)
     return case
 
 
@@ -301,8 +301,8 @@ def single(console: Console, logs: int, seed: int, source: str, config: FlightCo
         f"a 45 s log: median {np.median(seconds):.1f} s of processor time, most {np.max(seconds):.1f} s; aim 5 s"
     )
     confusion = Counter((case.effects[0], case.first[0] if case.first else "-") for case in seen if not named(case))
-    for (truth, told), count in confusion.most_common():
-        console.print(f"  {truth} taken for {told}: {count}")
+    for (truth, found), count in confusion.most_common():
+        console.print(f"  {truth} misattributed to {found}: {count}")
     for case in seen:
         if not named(case):
             console.print(f"    {case.effects[0]} {case.strength}: {case.found.diagnosis.verdict} {case.first}")
@@ -326,19 +326,21 @@ def unknown(console: Console, logs: int, seed: int, source: str, config: FlightC
                         ),
                     )
                 )
-    table = Table("effect", "told, right axis", "told", "another name fits it", title="Withheld from the bank too")
+    table = Table(
+        "effect", "reported, right axis", "reported", "another name fits it", title="Withheld from the bank too"
+    )
     good, total = 0, 0
     misses = []
     for effect in EFFECTS:
         mine = [case for one, case in cases if one is effect and case.visible]
         right = [told_unknown(case, effect) for case in mine]
         good, total = good + sum(right), total + len(mine)
-        told = sum(case.found.diagnosis.unexplained is not None for case in mine)
+        reported = sum(case.found.diagnosis.unexplained is not None for case in mine)
         fits = sum(case.found.diagnosis.verdict == "explained" for case in mine)
-        table.add_row(effect.name, f"{sum(right)} of {len(mine)}", str(told), str(fits))
+        table.add_row(effect.name, f"{sum(right)} of {len(mine)}", str(reported), str(fits))
         misses += [(effect.name, case) for case, ok in zip(mine, right, strict=True) if not ok]
     console.print(table)
-    console.print(f"told as unexplained, right axis in the first two: {share(good, total)}; aim 90 %")
+    console.print(f"reported as unexplained, right axis in the first two: {share(good, total)}; aim 90 %")
     for name, case in misses:
         diagnosis = case.found.diagnosis
         axes = [cut.axis for cut in diagnosis.unexplained.where[:2]] if diagnosis.unexplained else []
@@ -420,8 +422,8 @@ def real(console: Console, logs: int, seed: int, source: str, config: FlightConf
         before, removed, start = lateral_errors(flown, [flights[index] for index in out])
         rows.append((before, removed, start))
         names = ", ".join(cause.effect for cause in flown.diagnosis.causes)
-        told = " and ".join(files[index].stem for index in out)
-        table.add_row(told, f"{before:.3f}", f"{removed:.4f}", f"{start:.4f}", names)
+        held_out = " and ".join(files[index].stem for index in out)
+        table.add_row(held_out, f"{before:.3f}", f"{removed:.4f}", f"{start:.4f}", names)
     console.print(table)
     before, removed, start = np.mean(rows, axis=0)
     console.print(

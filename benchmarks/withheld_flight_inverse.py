@@ -334,7 +334,7 @@ def mass(r: Rng, k: float) -> World:
 
 
 def imu_bias(r: Rng, k: float) -> World:
-    """Constant, a ramp, a random walk, and one that settles as the sensor warms up."""
+    """Constant, a ramp, a random walk, and one that converges as the sensor warms up."""
     way = r.normal(size=3)
     way *= 0.2 * k / np.linalg.norm(way)
     seed = int(r.integers(2**31))

@@ -19,7 +19,7 @@ class DepthDataset:
 
     paths: run folders. streams: what to read besides depth, of :data:`STREAMS`; a run without one is an error.
 
-    Items: ``depth`` (1, height, width) float32 [m], 0 is no return; ``clean`` likewise; ``rgb`` (C, height, width)
+    Items: ``depth`` (1, height, width) float32 [m], 0 is a hole; ``clean`` likewise; ``rgb`` (C, height, width)
     float32 from 0 to 1; ``material`` (height, width) int64; ``normal`` (3, height, width) float32, world;
     ``mask`` (1, height, width) bool; ``pose`` (4, 4) float64, camera to world; ``K`` (3, 3) float64; ``stamp`` float
     [s]; ``run`` and ``frame``, the numbers of both.

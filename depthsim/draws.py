@@ -138,7 +138,7 @@ class Seed(NamedTuple):
 class Draws:
     """The random numbers of one effect in one frame.
 
-    ``stream`` tells apart several pictures of numbers that one effect needs. A kernel that wants to make its numbers
+    ``stream`` distinguishes several pictures of numbers that one effect needs. A kernel that wants to make its numbers
     while it uses them takes ``key`` and ``frame`` and calls :func:`normal_block` or :func:`uniform_block`.
     """
 

@@ -1,29 +1,29 @@
-"""The one kind of error that a user sees: what is wrong with an input, where, and how to mend it."""
+"""The one kind of error that a user sees: what is wrong with an input, where, and how to fix it."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 
 class InputError(Exception):
-    """Bad input, told in one line: ``FILE: PLACE: PROBLEM; MEND``.
+    """Bad input, reported in one line: ``FILE: PLACE: PROBLEM; FIX``.
 
     The command line prints the line and exits with status 2; a library caller catches it like any exception.
     ``place`` may be empty where the whole file is meant. Arguments of functions are named in back quotes, as in
     "give another `out`": the command line puts its flags there.
     """
 
-    def __init__(self, file: str | Path, place: str, problem: str, mend: str) -> None:
-        self.file, self.place, self.problem, self.mend = str(file), place, problem, mend
+    def __init__(self, file: str | Path, place: str, problem: str, fix: str) -> None:
+        self.file, self.place, self.problem, self.fix = str(file), place, problem, fix
         super().__init__(self._line())
 
     def _line(self) -> str:
-        parts = [self.file, self.place, f"{self.problem}; {self.mend}"]
+        parts = [self.file, self.place, f"{self.problem}; {self.fix}"]
         return ": ".join(_shown(part) for part in parts if part)
 
     def reword(self, words: Callable[[str], str]) -> None:
         """Put other words for what the parts of the line say, such as the flags of a command for arguments."""
-        parts = (self.file, self.place, self.problem, self.mend)
-        self.file, self.place, self.problem, self.mend = map(words, parts)
+        parts = (self.file, self.place, self.problem, self.fix)
+        self.file, self.place, self.problem, self.fix = map(words, parts)
         self.args = (self._line(),)
 
 

@@ -1,4 +1,4 @@
-"""Packages that are extras: imported on demand, and told in one line where they are missing.
+"""Packages that are extras: imported on demand, and named in one line where they are not installed.
 
 `./run` installs an extra when a command first needs it: it says in the environment where it is and which extras it has
 installed whole, and :func:`install_by_run` calls it again for one more.
@@ -22,7 +22,7 @@ EXTRAS = "DEPTHSIM_EXTRAS"
 
 
 class MissingExtra(InputError):
-    """A package is missing that an extra of depthsim brings."""
+    """A package is not installed that an extra of depthsim brings."""
 
     def __init__(self, package: str, problem: str, extra: str) -> None:
         super().__init__(package, "", problem, _how_to_install(extra))

@@ -27,7 +27,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 class _Watch(event.Listener):
-    """Logs, once a process, that kernels are compiled: numba tells of it only where its cache has none."""
+    """Logs, once a process, that kernels are compiled: numba reports it only where its cache has none."""
 
     how_often = "once"
     _logged = False

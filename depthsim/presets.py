@@ -220,5 +220,5 @@ def resolve_camera(value: Any, file: Path | None = None, place: str = "camera") 
         return preset(value)
     if isinstance(value, str | Path) and Path(value).suffix.lower() in (".yaml", ".yml"):
         return read_camera(beside(file, str(value), place) if file else Path(value))
-    mend = f"name one of {', '.join(PRESETS)}, a camera.yaml, or write its keys"
-    raise InputError(file or place, place if file else "", f"{value!r} is no camera", mend)
+    fix = f"name one of {', '.join(PRESETS)}, a camera.yaml, or write its keys"
+    raise InputError(file or place, place if file else "", f"{value!r} is no camera", fix)

@@ -1,4 +1,4 @@
-"""Reading YAML into pydantic models, with every fault told as one line that names the file, the place and the mend."""
+"""Reading YAML into pydantic models, every fault in one line that names the file, the place and the fix."""
 
 import json
 from pathlib import Path
@@ -111,7 +111,7 @@ def parse_yaml(text: str, path: Path) -> Any:
         mark = getattr(error, "problem_mark", None)
         place = f"line {min(mark.line, text.count(chr(10))) + 1}" if mark else ""  # libyaml counts the end as one
         problem = getattr(error, "problem", None) or str(error)
-        raise InputError(path, place, f"is not YAML ({problem})", "mend the syntax there") from None
+        raise InputError(path, place, f"is not YAML ({problem})", "correct the syntax there") from None
 
 
 def parse_json(text: str | bytes) -> Any:
@@ -132,7 +132,7 @@ def read_mapping(path: Path, what: str) -> dict[str, Any]:
 
 
 def validate(model: type[Model], value: Any, path: Path, place: str = "") -> Model:
-    """``value`` as ``model``; the first thing that does not fit is told, with its place in the file."""
+    """``value`` as ``model``; the first thing that does not fit is reported, with its place in the file."""
     try:
         return model.model_validate(value)
     except ValidationError as error:
@@ -145,8 +145,8 @@ def validate(model: type[Model], value: Any, path: Path, place: str = "") -> Mod
         given = first.get("input")
         shown = "" if first["type"] == "missing" or isinstance(given, dict | list) else f" (it is {given!r})"
         add_or_correct = "add it" if first["type"] == "missing" else "correct that value"
-        mend = f"the keys are {known}" if known else add_or_correct
-        raise InputError(path, where, problem + shown[:80], mend) from None
+        fix = f"the keys are {known}" if known else add_or_correct
+        raise InputError(path, where, problem + shown[:80], fix) from None
 
 
 def read_model(model: type[Model], path: Path, what: str) -> Model:

@@ -33,9 +33,11 @@ STAGES = {
     Stage.DISPARITY: "systematic errors of the disparity",
     Stage.NOISE: "random errors of disparity or depth",
     Stage.MIXING: "depths that come from a neighbour's surface, and the steps of the chip",
-    Stage.MISSING: "depths that are not returned",
+    Stage.HOLES: "pixels that become holes",
     Stage.PROCESSING: "what is done to the finished picture",
 }
+_KINDS = {"missing": "holes"}
+"""How the page names a kind of gap, where diagnosis.json has another name for it."""
 BEGIN, END = "<!-- effects -->", "<!-- end -->"
 """Around the table of ids in docs/formats.md."""
 BAR = r"\|"
@@ -43,12 +45,12 @@ HEAD = """# The effects
 
 Made by `docs/effects.py` from the code; do not edit. An effect stands in a sensor profile as `- id`, with its default
 values, or as `- id: {parameter: value}`. Effects act in the order of this page, whatever their order in the file.
-One of your own is a class in a file that the variable `DEPTHSIM_EFFECTS` names; CONTRIBUTING.md has an example.
+One of your own is a class in a file that the variable `DEPTHSIM_EFFECTS` names, as in [own_effect.md](own_effect.md).
 With a parameter at its neutral value an effect changes not one bit (where several are marked *, all of them together).
 
 Each picture shows one effect alone on a frame of the office, 424x240. On the left is the measured depth, near is blue;
 on the right the error of the disparity, red where it is too large (too near) and blue where it is too small, in full
-colour from the figure in its corner on. Black is no return.
+colour from the figure in its corner on. Black is a hole.
 """
 
 
@@ -86,7 +88,8 @@ def entry(kind: type[Effect]) -> str:
         cells = [f"`{name}`", number(one.default), low, high, neutral + ("*" if alone else ""), one.unit]
         rows.append("| " + " | ".join([*cells, one.about, one.source]) + " |")
     along = both([axis.replace("_", " ") for axis in kind.axes]) if kind.axes else "no axis, alike everywhere"
-    text.append(f"Makes a gap of {both(kind.kinds)} along {along}. What tells it apart: {kind.recording}.\n")
+    kinds = both([_KINDS.get(one, one) for one in kind.kinds])
+    text.append(f"Makes a gap of {kinds} along {along}. What to record to distinguish it: {kind.recording}.\n")
     return "\n".join([*text, *rows, "", f"Source: {kind.source}.\n"])
 
 

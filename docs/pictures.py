@@ -1,4 +1,4 @@
-"""Make the pictures of the README: `./run python docs/pictures.py` writes docs/pictures/."""
+"""Make office.png and scenes.png of the pages: `./run python docs/pictures.py` writes docs/pictures/."""
 
 import sys
 import tempfile

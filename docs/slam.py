@@ -109,7 +109,7 @@ def _figure(share: str) -> str:
 
 
 def table_text(table: Table) -> str:
-    """The table of docs/slam.md and the README: ATE and drift."""
+    """The table of docs/slam.md: ATE and drift."""
     lines = ["| scene | profile | " + " | ".join(SYSTEMS) + " |", "| --- " * (2 + len(SYSTEMS)) + "|"]
     for scene in SCENES:
         for profile in PROFILES:
@@ -164,6 +164,13 @@ def page(table: Table, noise: dict[tuple[str, str], float], meshes: list[str]) -
 
 Made by `docs/slam.py`; do not edit the figures.
 
+    depthsim slam office_run --with open3d-slam --with open3d-odometry --with kiss-icp    # ATE, RPE, drift, by evo
+    depthsim slam office_run --estimate CameraTrajectory.txt    # any other system's TUM file
+    depthsim slam office_run --sweep --profiles clean,paper,d435,active_stereo --speeds 1,2
+
+The last one makes the run again with other sensors and speeds and draws error over noise. Outside of `./run`,
+`pip install '.[slam]'` brings the systems and evo.
+
 ## How error follows noise
 
 The first {FRAMES / 30:g} s ({FRAMES} frames at 30 Hz) of the default trajectories, {SIZE[0]}x{SIZE[1]}, geometry of a
@@ -180,15 +187,11 @@ nearly lost goes one way or another: four runs of open3d-odometry on the office'
 The noise of the depth nearer than {DEPTH_RANGE:g} m (1.4826 times the median of |depth - clean|) is, in mm, for
 {" / ".join(SCENES)}: {level}.
 
-`depthsim slam RUN --with SYSTEM` makes one line of this, `depthsim slam RUN --estimate FILE` scores the trajectory of
-any other system, and `depthsim slam RUN --sweep` makes the run again with other sensors and speeds and draws error over
-noise.
-
 ## Importing: what the poses are of, and which calibration
 
 A run's poses are those of the camera's optical frame: x right, y down, z forward. `depthsim import` finds the way there
 by tf where a topic names the frame that its poses are of. A `PoseStamped`, as motion capture gives it, names none, and
-is taken for the camera's with a line that says so; `--mount x,y,z,qx,qy,qz,qw` says where the camera is in the frame of
+is read as the camera's with a line that says so; `--mount x,y,z,qx,qy,qz,qw` says where the camera is in the frame of
 the poses, in metres and a unit quaternion: the pose of the camera is (pose of the body) * (mount). It applies to a
 topic (in place of tf), to a TUM file and to groundtruth.txt, and to poses from tf (there in the frame of the depth
 images). A camera that looks along the x axis of its body is `--mount 0,0,0,-0.5,0.5,-0.5,0.5`. The distortion of a
@@ -214,14 +217,14 @@ and shift of the camera against the poses, too.
 At equal focal length the colour camera's centre fits better than the driver's, however poses and stamps are refined,
 and the colour camera's calibration better with its distortion than without. So that is what `import` takes for
 freiburg1; likewise for freiburg2, the same kind of camera and driver, and freiburg3, whose distortion the page gives
-as zero, though no frames of these were measured. What the frames do not tell: whether depth is bent just so, as the
+as zero, though no frames of these were measured. What the frames leave open: whether depth is bent just so, as the
 nearest pinhole does about as well; left free, the focal length goes to 547 px and the camera back by 6 cm. Depth stamps
 18 ms late and a camera turned by 2 degrees are the recording's own errors, and stay in the run. `--camera` takes
 another calibration.
 
 ## A scene from a recording
 
-`depthsim reconstruct RUN` fuses depth into a mesh (`scene.yaml`, `scene.ply`) and writes `mask/`: where the mesh was
+`depthsim reconstruct` fuses a run's depth into a mesh (`scene.yaml`, `scene.ply`) and writes `mask/`: where it was
 seen by {LEAST_VIEWS} frames or more, not at a grazing angle, and farther than the truncation distance from every edge.
 Then the run can be compared with a scene although there is no CAD model. Poses are the run's, `--poses FILE`, or those
 of open3d-odometry. Open3D's fusion takes whole pixel coordinates for corners, and all else takes them for centres; both
@@ -239,7 +242,7 @@ size, and the size that 95 % stay below.
 What such a scene hides: a bias that all views of a surface share. A wrong baseline or focal length, a wrong depth
 scale, a disparity offset seen from one range only, or a warp that stays with the pixel while the camera looks from one
 side, moves the mesh along with the depth and is gone from their difference. An error of the poses goes into the mesh as
-blur, and is then taken for noise of the camera. What it shows: all that differs between views, such as noise and its
+blur, and is then read as noise of the camera. What it shows: all that differs between views, such as noise and its
 growth with range, holes, quantisation, edges, drift over time, correlation, and a bias that depends on range or
 incidence where surfaces were seen from several. For the rest, put something of known size into the scene.
 """

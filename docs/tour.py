@@ -54,11 +54,11 @@ def main() -> None:
         home = Path.cwd()
         os.chdir(folder)
         try:
-            for told, code in PARTS.items():
+            for text, code in PARTS.items():
                 out = io.StringIO()
                 with contextlib.redirect_stdout(out):
                     exec(compile(code, str(PAGE), "exec"), names)
-                page += [f"{told}\n", f"```python{code}```\n", f"```text\n{out.getvalue().rstrip()}\n```\n"]
+                page += [f"{text}\n", f"```python{code}```\n", f"```text\n{out.getvalue().rstrip()}\n```\n"]
         finally:
             os.chdir(home)
     PAGE.write_text("\n".join(page).rstrip() + "\n", encoding="utf-8")

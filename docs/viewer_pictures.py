@@ -42,7 +42,7 @@ def page_of(browser: "Browser", what: str, **keys: str) -> Iterator[tuple["Page"
         viewer.stop()
 
 
-def settle(session: Session, act: Callable[[], object]) -> None:
+def act_and_wait(session: Session, act: Callable[[], object]) -> None:
     """Do something, and wait until the page shows it."""
     before = session.shown
     act()
@@ -84,7 +84,7 @@ def main() -> None:
 def cloud(browser: "Browser") -> None:
     """A D435 in the office, by depth."""
     with page_of(browser, "office", sensor="d435") as (page, session):
-        settle(session, choose(session.playback._slider, 150))
+        act_and_wait(session, choose(session.playback._slider, 150))
         session._go_to("over its shoulder")
         shoot(page, "viewer.png")
 
@@ -92,10 +92,10 @@ def cloud(browser: "Browser") -> None:
 def compare(browser: "Browser") -> None:
     """The paper's model beside the D435's, by error, on a light page."""
     with page_of(browser, "office", sensor="paper") as (page, session):
-        settle(session, choose(session.playback._slider, 150))
+        act_and_wait(session, choose(session.playback._slider, 150))
         session.sensor.second.value = "d435"
-        settle(session, choose(session.look.beside, "second sensor"))
-        settle(session, choose(session.look.colouring, "error"))
+        act_and_wait(session, choose(session.look.beside, "second sensor"))
+        act_and_wait(session, choose(session.look.colouring, "error"))
         session.look.dark.value = False
         session._go_to("from outside")
         shoot(page, "viewer_compare.png")
@@ -104,8 +104,8 @@ def compare(browser: "Browser") -> None:
 def knobs(browser: "Browser") -> None:
     """The controls of the effects, and what became of every pixel."""
     with page_of(browser, "corridor", sensor="d435") as (page, session):
-        settle(session, choose(session.playback._slider, 60))
-        settle(session, choose(session.look.colouring, "validity"))
+        act_and_wait(session, choose(session.playback._slider, 60))
+        act_and_wait(session, choose(session.look.colouring, "validity"))
         session._go_to("over its shoulder")
         page.get_by_role("tab", name="Sensor").click()
         for effect in ("stereo_shadow", "invalid_band", "fill_rate"):
@@ -118,11 +118,11 @@ def knobs(browser: "Browser") -> None:
 def gap(browser: "Browser", report: str) -> None:
     """A report: where the gap lies, and its causes."""
     with page_of(browser, report) as (page, session):
-        settle(session, choose(session.playback._slider, 25))
-        settle(session, choose(session.gap._switches[0], True))
-        settle(session, choose(session.look.beside, "nothing"))
-        settle(session, choose(session.look.opacity, 1.0))
-        settle(session, choose(session.look.points, "1 in 16"))
+        act_and_wait(session, choose(session.playback._slider, 25))
+        act_and_wait(session, choose(session.gap._switches[0], True))
+        act_and_wait(session, choose(session.look.beside, "nothing"))
+        act_and_wait(session, choose(session.look.opacity, 1.0))
+        act_and_wait(session, choose(session.look.points, "1 in 16"))
         session._go_to("from outside")
         shoot(page, "viewer_gap.png")
 

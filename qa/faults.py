@@ -219,15 +219,15 @@ def full_disk(trial: Trial, times: int) -> list[str]:
             out = trial.folder / f"full-{number}" / "out"
             done = call(trial.file, out)
             lines = done.stderr.strip().splitlines()
-            told = done.returncode == 2 and len(lines) == 1 and "free some space" in lines[0]
-            counts["told"] += told
-            if not told:
+            reported = done.returncode == 2 and len(lines) == 1 and "free some space" in lines[0]
+            counts["reported"] += reported
+            if not reported:
                 print(f"  filling {share:.0%}: exit status {done.returncode}: {done.stderr.strip()[-300:]}")
             counts["half"] += half_written(out)
             remount("size=1g")
             counts["same"] += trial.finishes(out)
     return [
-        f"disk full at {times} fillings of 2 to 98 %: told in one line with exit status 2: {counts['told']}",
+        f"disk full at {times} fillings of 2 to 98 %: reported in one line with exit status 2: {counts['reported']}",
         f"  pictures found half written: {counts['half']}; finished to the same bytes given space: {counts['same']}",
     ]
 
@@ -249,10 +249,10 @@ def read_only(trial: Trial) -> list[str]:
             remount("ro")
             done = call(trial.file, out)
             lines = done.stderr.strip().splitlines()
-            counts["told"] += done.returncode == 2 and len(lines) == 1 and "read-only file system" in lines[0]
+            counts["reported"] += done.returncode == 2 and len(lines) == 1 and "read-only file system" in lines[0]
             remount("rw")
             counts["same"] += trial.finishes(out)
-    return [f"read-only target, 3 states: told in one line: {counts['told']}; finished once writable: {counts['same']}"]
+    return [f"read-only target, 3 states, in one line: {counts['reported']}; finished once writable: {counts['same']}"]
 
 
 def corrupt(trial: Trial, times: int) -> list[str]:
@@ -268,9 +268,9 @@ def corrupt(trial: Trial, times: int) -> list[str]:
     runs = {path.parts[-3] for path in chosen}
     done = call(trial.file, out, "--check")
     same = trial.is_same(out)
-    told = done.stdout.partition(": ")[2].strip()
+    reported = done.stdout.partition(": ")[2].strip()
     return [
-        f"{times} pictures in {len(runs)} runs damaged (a bit turned, cut off, emptied): {told}",
+        f"{times} pictures in {len(runs)} runs damaged (a bit turned, cut off, emptied): {reported}",
         f"  same bytes afterwards: {same}",
     ]
 
@@ -287,10 +287,10 @@ def changed_scene(trial: Trial) -> list[str]:
     first = call(file, folder / "out")
     mesh.write_text(mesh.read_text().replace("v 0 0 3", "v 0 0 2.9"))
     second = call(file, folder / "out")
-    told = second.stderr.strip().replace(f"{folder}/", "")
+    reported = second.stderr.strip().replace(f"{folder}/", "")
     return [
         f"a scene changed between two calls: exit status {first.returncode}, then {second.returncode}:",
-        f"  {told}",
+        f"  {reported}",
     ]
 
 

@@ -98,25 +98,25 @@ def start(command: list[str]) -> subprocess.Popen[str]:
 def judge(process: subprocess.Popen[str], name: str, folder: Path) -> tuple[str, str]:
     """What an interrupted process came to."""
     try:
-        printed, told = process.communicate(timeout=PATIENCE)
+        printed, reported = process.communicate(timeout=PATIENCE)
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
         return WRONG, "hangs"
-    status, lines = process.returncode, told.strip().splitlines()
+    status, lines = process.returncode, reported.strip().splitlines()
     half = [str(path) for path in folder.rglob(".*") if path.suffix in (".tmp", ".part")]
     if half:
         return WRONG, f"left {', '.join(half)}"
     # Where Ctrl-C fell into an exec() of text, as in rosbags, Python ends by the signal, which shells call 130 too.
-    if status in (130, -signal.SIGINT) and lines and lines[-1].startswith("stopped") and "Traceback" not in told:
+    if status in (130, -signal.SIGINT) and lines and lines[-1].startswith("stopped") and "Traceback" not in reported:
         return TOLD, ""
-    if name == "view" and (status, told) == (0, ""):
+    if name == "view" and (status, reported) == (0, ""):
         return TOLD, ""
-    if status == 0 and "Traceback" not in told:
+    if status == 0 and "Traceback" not in reported:
         return FINISHED, ""
-    if status == -signal.SIGINT and not re.search(r'/(depthsim|viewer)/(?!__main__|__init__)[^"]*\.py"', told):
+    if status == -signal.SIGINT and not re.search(r'/(depthsim|viewer)/(?!__main__|__init__)[^"]*\.py"', reported):
         return PYTHON, ""
-    return WRONG, f"status {status}: {printed[-200:]} {told[-600:]}"
+    return WRONG, f"status {status}: {printed[-200:]} {reported[-600:]}"
 
 
 def interrupt_playing(rng: random.Random, folder: Path) -> tuple[str, str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from depthsim.runs.storing import sha256
 
 WHO = ("work.parquet",)
-"""The file of a sweep that tells who made what, and how fast."""
+"""The file of a sweep that says who made what, and how fast."""
 
 
 def tree(folder: Path, without: tuple[str, ...] = ()) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""That kernels are compiled is told at a terminal, once; and nowhere else."""
+"""That kernels are compiled is reported at a terminal, once; and nowhere else."""
 
 import logging
 import os
@@ -41,18 +41,20 @@ def at_terminal(*words: str | Path, cache: Path) -> str:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "TERM": "dumb"}
     with subprocess.Popen([sys.executable, *map(str, words)], stdout=theirs, stderr=theirs, env=environment) as process:
         os.close(theirs)
-        told = b""
+        reported = b""
         try:
             while part := os.read(ours, 1 << 16):
-                told += part
+                reported += part
         except OSError:  # of Linux, where the other end is closed
             pass
     os.close(ours)
-    assert process.returncode == 0, told.decode()
-    return told.decode().replace("\r\n", "\n").removesuffix("\x1b[0m")  # by colorama, which numba uses if it is there
+    assert process.returncode == 0, reported.decode()
+    return (
+        reported.decode().replace("\r\n", "\n").removesuffix("\x1b[0m")
+    )  # by colorama, which numba uses if it is there
 
 
-def test_it_is_told_once_and_not_on_the_next_start(tmp_path: Path) -> None:
+def test_it_is_reported_once_and_not_on_the_next_start(tmp_path: Path) -> None:
     assert at_terminal("-c", TINY, cache=tmp_path) == f"{LINE}\ndone\n"
     assert at_terminal("-c", TINY, cache=tmp_path) == "done\n"
 

@@ -334,7 +334,7 @@ def test_a_real_recording_with_motion_capture(tmp_path: Path) -> None:
     # Between frames 0.1 s apart the hand moves otherwise than straight: each frame against its neighbours.
     straight = run.trajectory.at(np.concatenate([run.stamps[:1], run.stamps[2::2]])).at(run.stamps[1:-1:2]).matrices()
     assert degrees_between(straight, run.poses[1:-1:2]).max() > 0.3
-    told = investigate(run, without=effect_ids()).diagnosis
-    times = [cut.interval for cut in told.where if cut.axis == "time"]
+    reported = investigate(run, without=effect_ids()).diagnosis
+    times = [cut.interval for cut in reported.where if cut.axis == "time"]
     assert all(interval is not None and 0 <= interval[0] < interval[1] < 3 for interval in times)
-    assert "e+09" not in told.to_json() and "130503" not in told.to_json()
+    assert "e+09" not in reported.to_json() and "130503" not in reported.to_json()

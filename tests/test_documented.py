@@ -95,7 +95,7 @@ def test_no_line_is_left_out_but_those_that_say_why() -> None:
     assert all(rule.why for rule in RULES)
 
 
-def test_what_goes_wrong_is_told(tmp_path: Path) -> None:
+def test_what_goes_wrong_is_reported(tmp_path: Path) -> None:
     there = Clone(tmp_path)
     for text, fault in {
         "depthsim generate nowhere --out x": "exit status 2: nowhere: no such scene",

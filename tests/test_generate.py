@@ -182,11 +182,11 @@ def test_ctrl_c_keeps_whole_frames_and_says_so(room: Path, tmp_path: Path) -> No
         while process.poll() is None and not list((tmp_path / "run" / "depth").glob("[0-9]*.png")):
             time.sleep(0.005)
         process.send_signal(signal.SIGINT)
-        _, told = process.communicate(timeout=60)
+        _, reported = process.communicate(timeout=60)
     finally:
         process.kill()
     assert process.returncode == 130
-    assert told.strip().splitlines() == ["stopped; whole frames are kept, and the same command goes on from there"]
+    assert reported.strip().splitlines() == ["stopped; whole frames are kept, and the same command goes on from there"]
     assert not list((tmp_path / "run").rglob("*.tmp"))
 
 
@@ -220,7 +220,7 @@ def test_another_run_in_the_folder_is_refused(room: Path, tmp_path: Path) -> Non
         (["view", "nosuch"], ["nosuch", "no such scene"]),
     ],
 )
-def test_bad_calls_are_told_in_one_line(room: Path, tmp_path: Path, arguments: list[str], words: list[str]) -> None:
+def test_bad_calls_are_reported_in_one_line(room: Path, tmp_path: Path, arguments: list[str], words: list[str]) -> None:
     result = depthsim(*arguments, cwd=tmp_path)
     assert result.returncode == 2, result.stderr
     assert "Traceback" not in result.stderr

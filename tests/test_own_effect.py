@@ -25,7 +25,7 @@ class DirtyWindow(Effect):
     """Holes that grow towards the right of the picture, where dirt lies on the window."""
 
     id: ClassVar[str] = "dirty_window"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = "a test"
     axes = ("image_column", "image_position")
     kinds = ("missing",)
@@ -71,9 +71,9 @@ profile = load_profile(sys.argv[1])
 server = viser.ViserServer(port=0, verbose=False)
 controls = EffectControls(server.gui, ("cement",), load_materials(), lambda: None)
 controls.fill(profile.effects)
-told = {"page": page(), "sliders": controls.folders["dirty_window"].parameters,
+reported = {"page": page(), "sliders": controls.folders["dirty_window"].parameters,
         "shown": [effect.id for effect in controls.effects()]}
-print("TOLD" + json.dumps(told))
+print("FOUND" + json.dumps(reported))
 sys.stdout.flush()
 import os
 os._exit(0)
@@ -156,13 +156,13 @@ def test_viewer_page_and_benchmark_know_it(run: Run, tmp_path: Path) -> None:
     (tmp_path / "dirty.yaml").write_text("effects: [fill_rate, {dirty_window: {dirt: 0.4}}]")
     done = run("-c", KNOWS, tmp_path / "dirty.yaml")
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout.partition("TOLD")[2])
-    entry = told["page"].partition("### dirty_window")[2].partition("###")[0]
+    reported = json.loads(done.stdout.partition("FOUND")[2])
+    entry = reported["page"].partition("### dirty_window")[2].partition("###")[0]
     assert "| `dirt` | 0.2 | 0 | 1 | 0 | share |" in entry
-    assert "missing along image column and image position" in entry and "a wall with the window wiped" in entry
-    assert told["sliders"] == ["dirt"] and told["shown"] == ["dirty_window", "fill_rate"]
+    assert "holes along image column and image position" in entry and "a wall with the window wiped" in entry
+    assert reported["sliders"] == ["dirt"] and reported["shown"] == ["dirty_window", "fill_rate"]
     timed = run("benchmarks/effects.py", "dirty_window", "--rounds", 1, "--scene", "corridor")
-    assert re.search(r"dirty_window\W+missing\W+-?\d", timed.stdout), timed.stdout + timed.stderr
+    assert re.search(r"dirty_window\W+holes\W+-?\d", timed.stdout), timed.stdout + timed.stderr
 
 
 def test_an_effect_of_a_flight_is_found_as_well(run: Run, tmp_path: Path) -> None:
@@ -197,7 +197,7 @@ BROKEN = {
 }
 
 
-def test_a_file_that_cannot_be_used_is_told_in_one_line(run: Run, tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_used_is_reported_in_one_line(run: Run, tmp_path: Path) -> None:
     for name, (text, _) in BROKEN.items():
         (tmp_path / name).write_text(text)
     done = run("-c", TRIES, *(tmp_path / name for name in BROKEN), own="")
@@ -208,8 +208,8 @@ def test_a_file_that_cannot_be_used_is_told_in_one_line(run: Run, tmp_path: Path
         assert problem in line and name in line, line
 
 
-def test_the_example_in_the_contributors_page_is_an_effect(run: Run, tmp_path: Path) -> None:
-    text = (ROOT / "CONTRIBUTING.md").read_text().partition("```python\n")[2].partition("```")[0]
+def test_the_example_in_the_docs_is_an_effect(run: Run, tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "own_effect.md").read_text().partition("```python\n")[2].partition("```")[0]
     (tmp_path / "example.py").write_text(text.replace('"range_dropout"', '"dropout_of_range"'))
     (tmp_path / "example.yaml").write_text("effects: [dropout_of_range: {start: 1.0, rate: 0.5}]")
     arguments = ("office", "--camera", "d435", "--resolution", "64x36", "--frames", 1, "--out", tmp_path / "run")
@@ -223,7 +223,7 @@ def test_the_example_in_the_contributors_page_is_an_effect(run: Run, tmp_path: P
     assert clean is not None and (depth[clean < 1] > 0).all() and (depth[clean > 3.1] == 0).all()
 
 
-def test_a_file_that_is_not_there_is_told_by_the_command_line(run: Run, tmp_path: Path) -> None:
+def test_a_file_that_is_not_there_is_reported_by_the_command_line(run: Run, tmp_path: Path) -> None:
     done = run("-m", "depthsim", "generate", "office", "--out", tmp_path / "out", own=str(tmp_path / "none.py"))
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1 and "DEPTHSIM_EFFECTS" in done.stderr and "is no file" in done.stderr

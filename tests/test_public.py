@@ -181,7 +181,7 @@ def test_a_diagnosis_tells_itself() -> None:
     for words in (
         "sigma 0.05 px (95 %: 0.04 to 0.06)",
         "range 1 to 2 m",
-        "disparity_noise from material_noise",
+        "disparity_noise is indistinguishable from material_noise",
         "What is left.",
     ):
         assert words in str(FOUND)
@@ -228,5 +228,5 @@ def test_the_tour_shows_the_code_that_it_runs() -> None:
 
     tour = Path(depthsim.__file__).parents[1] / "docs" / "tour.py"
     parts, page = runpy.run_path(str(tour))["PARTS"], tour.with_suffix(".md").read_text(encoding="utf-8")
-    assert all(told in page and code in page for told, code in parts.items())
+    assert all(reported in page and code in page for reported, code in parts.items())
     assert sum(bool(line) for code in parts.values() for line in code.splitlines()) <= 25

@@ -59,8 +59,8 @@ class Clone:
 
     def run(self, *words: str | Path, pip: str = "true", path: Path = ROOT) -> tuple[int, str, str]:
         with self.start(*words, pip=pip, path=path) as process:
-            told = process.communicate(timeout=100)
-        return process.returncode, *told
+            reported = process.communicate(timeout=100)
+        return process.returncode, *reported
 
     def installed(self) -> list[str]:
         """The last word of every call of pip: what it was to install."""

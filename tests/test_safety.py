@@ -87,7 +87,7 @@ def test_nothing_in_a_file_is_run(file):
     [
         "import pickle", "from pickle import loads", "import dill as d", "yaml.load(x, Loader=yaml.SafeLoader)",
         "from yaml import load", "yaml.unsafe_load(x)", "class L(yaml.UnsafeLoader): pass", "np.load(x)",
-        "np.load(x, allow_pickle=True)", "np.load(x, allow_pickle=told)", "eval(x)", "exec(x)", "tar.extractall(x)",
+        "np.load(x, allow_pickle=True)", "np.load(x, allow_pickle=reported)", "eval(x)", "exec(x)", "tar.extractall(x)",
         "shutil.unpack_archive(x)", "subprocess.run(x, shell=True)", "os.system(x)",
     ],
 )  # fmt: skip
@@ -104,7 +104,7 @@ OUTSIDE = ("../secret{}", "{root}/secret{}", "sub/../../secret{}", "link/secret{
 
 
 @pytest.fixture(params=OUTSIDE)
-def told(request, tmp_path):
+def reported(request, tmp_path):
     """A function from an ending to a name that leads out of tmp_path/in, to a file that is there and is valid."""
     folder = tmp_path / "in"
     folder.mkdir()
@@ -122,42 +122,42 @@ def refused(what: str = "leaves the folder"):
     return pytest.raises(InputError, match=what)
 
 
-def test_scene_files_stay_in_their_folder(told, tmp_path):
+def test_scene_files_stay_in_their_folder(reported, tmp_path):
     scene = tmp_path / "in" / "scene.yaml"
-    scene.write_text(json.dumps({"meshes": [{"file": told(".obj")}]}))
+    scene.write_text(json.dumps({"meshes": [{"file": reported(".obj")}]}))
     with refused():
         load_scene(scene)
     shutil.copy(tmp_path / "secret.obj", tmp_path / "in" / "own.obj")
-    scene.write_text(json.dumps({"meshes": [{"file": "own.obj"}], "trajectories": {"a": {"file": told(".txt")}}}))
+    scene.write_text(json.dumps({"meshes": [{"file": "own.obj"}], "trajectories": {"a": {"file": reported(".txt")}}}))
     with refused():
         load_trajectory("a", load_scene(scene))
-    (tmp_path / "in" / "scene.gltf").write_text(gltf(buffers=[{"byteLength": 44, "uri": told(".bin")}]))
+    (tmp_path / "in" / "scene.gltf").write_text(gltf(buffers=[{"byteLength": 44, "uri": reported(".bin")}]))
     with refused():
         load_scene(tmp_path / "in" / "scene.gltf", tags={"*": "cement"})
-    escaped = told(".bin").replace(".", "%2e").replace("/", "%2F")
+    escaped = reported(".bin").replace(".", "%2e").replace("/", "%2F")
     (tmp_path / "in" / "scene.gltf").write_text(gltf(buffers=[{"byteLength": 44, "uri": escaped}]))
     with refused():
         load_scene(tmp_path / "in" / "scene.gltf", tags={"*": "cement"})
 
 
-def test_profiles_paths_winds_and_flights_stay_in_their_folder(told, tmp_path):
-    file = tmp_path / "in" / "told.yaml"
-    file.write_text(json.dumps({"effects": [], "camera": told(".yaml")}))
+def test_profiles_paths_winds_and_flights_stay_in_their_folder(reported, tmp_path):
+    file = tmp_path / "in" / "reported.yaml"
+    file.write_text(json.dumps({"effects": [], "camera": reported(".yaml")}))
     with refused():
         load_profile(file)
-    file.write_text(json.dumps({"file": told(".txt")}))
+    file.write_text(json.dumps({"file": reported(".txt")}))
     with refused():
         load_trajectory(file, rate=10)
-    file.write_text(json.dumps({"kind": "field", "file": told(".csv")}))
+    file.write_text(json.dumps({"kind": "field", "file": reported(".csv")}))
     with refused():
         resolve_wind(str(file))
     for key, ending in (("vehicle", ".yaml"), ("path", ".yaml"), ("wind", ".csv")):
-        file.write_text(json.dumps({"path": {"shape": "hover", "time": 3}, key: told(ending)}))
+        file.write_text(json.dumps({"path": {"shape": "hover", "time": 3}, key: reported(ending)}))
         with refused():
             read_flight_spec(file)
 
 
-def test_lists_of_runs_and_captures_stay_in_their_folder(told, tmp_path):
+def test_lists_of_runs_and_captures_stay_in_their_folder(reported, tmp_path):
     run = write_run(tmp_path / "in" / "run").path
     (tmp_path / "in" / "run" / "link").symlink_to(tmp_path, target_is_directory=True)
     (run / "sub").mkdir()
@@ -166,11 +166,11 @@ def test_lists_of_runs_and_captures_stay_in_their_folder(told, tmp_path):
     shutil.copy(picture, tmp_path / "in" / "secret.png")
     for name in ("depth.txt", "rgb.txt"):
         text = (run / name).read_text()
-        (run / name).write_text(text.rsplit("\n", 2)[0] + f"\n1700000000.75 {told('.png')}\n")
+        (run / name).write_text(text.rsplit("\n", 2)[0] + f"\n1700000000.75 {reported('.png')}\n")
         with refused():
             Run.open(run)
         (run / name).write_text(text)
-    (tmp_path / "in" / "distances.csv").write_text(f"folder,distance_m\n{told('')},1\n")
+    (tmp_path / "in" / "distances.csv").write_text(f"folder,distance_m\n{reported('')},1\n")
     (tmp_path / "secret").mkdir()
     shutil.copy(picture, tmp_path / "secret")
     with refused():
@@ -191,7 +191,7 @@ def test_a_bag_names_no_file_outside_its_folder(tmp_path, kind):
 
 
 @pytest.mark.parametrize("name", ["a" * 300, "loop", "a\0b", "é" * 200])
-def test_names_that_are_no_paths_are_told_in_one_line(tmp_path, name):
+def test_names_that_are_no_paths_are_reported_in_one_line(tmp_path, name):
     (tmp_path / "loop").symlink_to("loop")
     with refused("cannot be a path|leaves the folder"):
         beside(tmp_path / "scene.yaml", name, "meshes.0.file")

@@ -18,7 +18,9 @@ def test_the_files_that_come_with_us_are_what_plain_pyyaml_reads(file: Path) -> 
 
 
 @pytest.mark.parametrize(("start", "end"), [("[", "]"), ("{a: ", "}"), ("- ", "")])
-def test_a_document_that_is_deeper_than_any_of_ours_is_told_and_does_not_end_the_process(start: str, end: str) -> None:
+def test_a_document_that_is_deeper_than_any_of_ours_is_reported_and_does_not_end_the_process(
+    start: str, end: str
+) -> None:
     deep = start * MOST_LEVELS + "1" + end * MOST_LEVELS
     assert parse_yaml(deep, FILE)
     for times in (MOST_LEVELS + 1, 50_000):
@@ -30,7 +32,7 @@ def test_a_document_that_is_deeper_than_any_of_ours_is_told_and_does_not_end_the
     ("text", "line"),
     [("a: [", 1), ("a: 1\nb: [1,\n", 3), ("a: 1\nb: c: d", 2), ("a: 1\n\tb: 2", 2), ("a: 1\na: 2", 2), ("x: *y", 1)],
 )
-def test_the_line_of_a_fault_is_told(text: str, line: int) -> None:
+def test_the_line_of_a_fault_is_reported(text: str, line: int) -> None:
     with pytest.raises(InputError, match=f"some.yaml: line {line}: is not YAML"):
         parse_yaml(text, FILE)
 

@@ -9,7 +9,7 @@ from depthsim.runs.terminal import turbo
 Palette = NDArray[np.uint8]
 """(256, 3) RGB."""
 
-FATES = ("nothing there", "valid", "no return", "too far")
+FATES = ("nothing there", "valid", "hole", "too far")
 """What became of a pixel: no surface there, a return, none although there is a surface, too far for 16 bits."""
 
 

@@ -8,6 +8,7 @@ import viser
 from numpy.typing import NDArray
 
 from viewer import meshes
+from viewer.drawing import Drawing
 from viewer.stage import Stage
 
 ORANGE = (255, 140, 0)
@@ -31,6 +32,8 @@ class Scenery:
         self._drawn: dict[str, tuple[Any, ...]] = {}
         self._made: dict[str, tuple[Any, ...]] = {}
         self._meshes: dict[str, list[Any]] = {}
+        self._path: Any = None
+        self._segments = np.empty((0, 2, 3), np.float32)
         client.scene.set_up_direction("+z")
         self._light()
 
@@ -84,13 +87,24 @@ class Scenery:
             position=tuple(offset),
         )
 
-    def show_path(self, positions: NDArray[np.float64], name: str = "path", colour: tuple = ORANGE) -> None:
-        """Draw a path, (N, 3) [m]."""
+    def show_path(self, positions: NDArray[np.float64]) -> None:
+        """Draw the camera's path, (N, 3) [m]."""
         if len(positions) > 1:
             step = max(1, len(positions) // 2000)
             line = positions[::step]
-            segments = np.stack([line[:-1], line[1:]], axis=1).astype(np.float32)
-            self._client.scene.add_line_segments(f"/{name}", segments, colour, thickness=2.0, thickness_units="screen")
+            self._segments = np.stack([line[:-1], line[1:]], axis=1).astype(np.float32)
+            self._path = self._client.scene.add_line_segments(
+                "/path", self._segments, ORANGE, thickness=2.0, thickness_units="screen"
+            )
+
+    def see_path(self, visible: bool) -> None:
+        """Show or hide the path."""
+        if self._path is not None:
+            self._path.visible = visible
+
+    def draw_path(self, onto: Drawing) -> None:
+        """Draw the path into a picture of the view."""
+        onto.lines(self._segments, ORANGE, np.eye(4))
 
     def look_from_behind(self, pose: NDArray[np.float64], depth: float) -> None:
         """Look over the camera's shoulder. depth: of what it typically sees [m]."""

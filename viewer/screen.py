@@ -8,28 +8,37 @@ import viser
 from numpy.typing import NDArray
 
 from viewer.cloud import make_cloud
+from viewer.drawing import Drawing, View
 from viewer.legend import legend, share_legend
 from viewer.paint import Colouring, Painted, Span, paint
 from viewer.pane import Pane
 from viewer.pictures import frame_picture, share_picture, side_by_side
 from viewer.scenery import Scenery
 from viewer.shot import Shot
+from viewer.software import draw_once
 from viewer.stage import Stage
 
 _PLANE = 240
 """[px] Width of the picture on the image plane in the 3D view."""
 _PANES = "ab"
+_DARK, _LIGHT = (20, 20, 20), (255, 255, 255)
+"""What viser has behind its 3D view."""
 
 
 @dataclass(frozen=True)
 class Style:
-    """how: what the colours mean. mesh: material, share or hidden. gap_plane: the gap's shares on the image plane."""
+    """how: what the colours mean. mesh: material, share or hidden. gap_plane: the gap's shares on the image plane.
+
+    view: where a browser looks from that is sent pictures of its 3D view; None for one that draws it. dark: the page.
+    """
 
     how: Colouring
     mesh: str
     opacity: float
     frustum: bool
     gap_plane: bool
+    dark: bool
+    view: View | None = None
 
 
 class Screen:
@@ -39,7 +48,7 @@ class Screen:
         self._client, self._stage = client, stage
         self.scenery = Scenery(client, stage)
         self._panes: dict[str, Pane] = {}
-        self._span = Span()
+        self._span, self._pictured = Span(), False
         panel = client.gui.add_panel()
         with panel.add_tab("Picture"):
             self._picture = client.gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", jpeg_quality=88)
@@ -72,21 +81,44 @@ class Screen:
             meaning += share_legend()
         apart = self.scenery.apart()
         beside = side_by_side(pictures)
+        planes = [self._plane(shots[side], colours, style) for side, colours in zip(sides, painted, strict=True)]
+        panes = [self._pane(name, apart) for name in _PANES[: len(sides)]]
+        drawn = None
+        if style.view is not None:
+            drawing = Drawing(style.view)
+            self.scenery.draw_path(drawing)
+            for pane, side, cloud, plane in zip(panes, sides, clouds, planes, strict=True):
+                pane.draw(drawing, shots[side], cloud, plane, frustum=style.frustum)
+            drawn = drawing.picture(_DARK if style.dark else _LIGHT)
         wait()
         with self._client.atomic():
             for name in list(self._panes)[len(sides) :]:
                 self._panes.pop(name).remove()
                 self.scenery.show_mesh(name, "hidden", 1.0, apart)
-            for name, side, cloud, colours in zip(_PANES, sides, clouds, painted, strict=False):
-                offset = apart if name == _PANES[1] else np.zeros(3)
-                pane = self._panes.setdefault(name, Pane(self._client, name, offset))
-                pane.show(shots[side], cloud, self._plane(shots[side], colours, style), side)
-                pane.see(frustum=style.frustum, label=len(sides) > 1)
-                self.scenery.show_mesh(name, style.mesh, style.opacity, offset)
+            for name, pane, side, cloud, plane in zip(_PANES, panes, sides, clouds, planes, strict=False):
+                if drawn is None:
+                    pane.show(shots[side], cloud, plane, side)
+                    pane.see(frustum=style.frustum, label=len(sides) > 1)
+                else:
+                    pane.hide(shots[side], side, label=len(sides) > 1)
+                self.scenery.show_mesh(name, style.mesh if drawn is None else "hidden", style.opacity, pane.offset)
+            self.scenery.see_path(drawn is None)
+            if (drawn is not None) != self._pictured:
+                self._pictured = drawn is not None
+                draw_once(self._client, self._pictured)
+                if drawn is None:
+                    self._client.scene.set_background_image(None)
+            if drawn is not None:
+                self._client.scene.set_background_image(drawn, format="jpeg", jpeg_quality=92)
             self._picture.image = beside
             if meaning != self._legend.content:
                 self._legend.content = meaning
         return sum(len(cloud.points) for cloud in clouds)
+
+    def _pane(self, name: str, apart: NDArray[np.float64]) -> Pane:
+        if name not in self._panes:
+            self._panes[name] = Pane(self._client, name, apart if name == _PANES[1] else np.zeros(3))
+        return self._panes[name]
 
     def _plane(self, shot: Shot, painted: Painted, style: Style) -> NDArray[np.uint8]:
         """The picture on the image plane: the frame, or where in the image the gap lies."""

@@ -63,7 +63,7 @@ class Viewer:
         if stage is None:
             client.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
             client.gui.add_html(error_html([str(self.error)]))
-            client.gui.add_markdown("Mend it, and load this page again.")
+            client.gui.add_markdown("Correct it, and load this page again.")
             return
         session = Session(client, self._server, stage, self._folder)
         self.sessions[client.client_id] = session

@@ -19,12 +19,13 @@ from viewer.controls.look import LookControls, Side
 from viewer.controls.playback import Playback
 from viewer.controls.save import SaveControls
 from viewer.controls.sensor import SensorControls
+from viewer.drawing import View
 from viewer.measure import LiveSensor, Moment, recorded, without_sensor
 from viewer.pace import FASTEST, Echo, Pace
 from viewer.scenery import ORANGE
 from viewer.screen import Screen
 from viewer.shot import Shot
-from viewer.software import COARSE, draws_by_software, set_sharpness
+from viewer.software import draws_by_software
 from viewer.stage import Stage
 from viewer.status import Status
 from viewer.worker import Worker
@@ -37,13 +38,22 @@ _SETTLED = 0.3
 
 @dataclass(frozen=True)
 class Shown:
-    """What a browser was sent last. points: in the clouds; one_in: 1 point in so many was sent."""
+    """What a browser was sent last.
+
+    points: in the clouds; one_in: 1 point in so many was sent. pictured: as a picture of the view.
+    """
 
     shots: tuple[Shot, ...]
     sides: tuple[Side, ...]
     index: int
     points: int
     one_in: int
+    pictured: bool
+
+    @property
+    def whole(self) -> bool:
+        """Whether the browser has every point."""
+        return self.one_in == 1 and not self.pictured
 
 
 class Session:
@@ -57,7 +67,7 @@ class Session:
         self._path: Trajectory = stage.trajectory
         self._poses, self._motion = stage.trajectory.matrices(), stage.motion
         self.screen = Screen(client, stage)
-        self._by_software, self._spared, self._sent = False, False, 0.0
+        self._by_software, self._sent = False, 0.0
         self.status = Status(client.gui, server.get_event_loop())
         self.worker = Worker(self.status.busy, self.status.ended)
         with client.atomic():
@@ -209,15 +219,16 @@ class Session:
             self.worker.ask("frame", self._frame)  # the browser is still busy with the one before
             return
         began, playing = time.monotonic(), self.playback.playing and not self._by_keys
-        self._spare(playing or self._by_keys)
-        if playing or self._by_keys:
+        moving = playing or self._by_keys
+        self.status.moving(moving)
+        if moving:
             self._pace.taken(FASTEST if self._by_keys else self.playback.rate)
         else:
             self._pace.rest()
         if playing:
             self.playback.advance()
         try:
-            self._show(self.look.thinning() or (self._pace.one_in if playing or self._by_keys else 1))
+            self._show(moving=moving)
             self._echo.ask()
         finally:  # one broken frame does not stop the play
             self._sent = time.monotonic()
@@ -226,17 +237,10 @@ class Session:
             elif self._by_keys:
                 self.worker.ask("settle", self._settle, _SETTLED)
 
-    def _spare(self, moving: bool) -> None:
-        """Spare a browser without a GPU while frames follow each other."""
-        if self._by_software and moving != self._spared:
-            self._spared = moving
-            set_sharpness(self.client, COARSE if moving else None)
-
     def _settle(self) -> None:
         """Send the whole cloud once the keys rest."""
-        if self._by_keys and self._echo.back(0.0, 0) and self.shown is not None and self.shown.one_in > 1:
-            self._spare(False)
-            self._show(self.look.thinning() or 1)
+        if self._by_keys and self._echo.back(0.0, 0) and self.shown is not None and not self.shown.whole:
+            self._show(moving=False)
             self._echo.ask()
 
     def _shot(self, side: Side, moment: Moment, done: dict[str, Shot]) -> Shot:
@@ -253,14 +257,18 @@ class Session:
         profile = self.profile() if side == "sensor" else self.sensor.second_profile()
         return self._live[side].measure(profile, self.sensor.camera(), int(self.sensor.seed.value), moment)
 
-    def _show(self, one_in: int) -> None:
+    def _show(self, *, moving: bool) -> None:
+        """moving: frames follow each other, so that a browser may be sent less than all there is."""
+        view = View.of(self.client.camera) if moving and self._by_software else None
+        one_in = self.look.thinning() or (self._pace.one_in if moving and view is None else 1)
         moment, sides = self._moment(), self.look.sides()
         shots: dict[str, Shot] = {}
         for side in sorted(set(sides), key=lambda side: side == "clean"):
             shots[side] = self._shot(side, moment, shots)
-        style = self.look.style(moving_by_keys=self._by_keys, spared=self._spared)
+        style = self.look.style(moving_by_keys=self._by_keys, view=view)
         points = self.screen.show(sides, shots, one_in, style, self._drawn)
-        self.shown = Shown(tuple(shots[side] for side in sides), tuple(sides), moment.index, points, one_in)
+        frames = tuple(shots[side] for side in sides)
+        self.shown = Shown(frames, tuple(sides), moment.index, points, one_in, view is not None)
         self.status.figures(self._lines(moment, self.shown))
 
     def _drawn(self) -> None:
@@ -276,8 +284,8 @@ class Session:
         thinned = "every point is shown" if shown.one_in == 1 else f"**1 point in {shown.one_in} is shown**"
         rate = f" · {self._pace.rate:.1f} frames/s" if self._pace.rate is not None else ""
         lines.append(f"{shown.points:,} points, {thinned}{rate}")
-        if self._spared:
-            lines.append("No GPU: while it plays, the view has two fifths of its sharpness, and the mesh is hidden.")
+        if shown.pictured:
+            lines.append("No GPU: while it plays, pictures of the view are sent, without the mesh.")
         if (air := self._air(moment)) is not None:
             lines.append(str(air))
         return lines

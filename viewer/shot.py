@@ -14,7 +14,7 @@ from depthsim.sensor.pipeline import SATURATED
 class Shot:
     """One frame.
 
-    pose: (4, 4) camera to world. depth_raw: (height, width) uint16 depth as stored; 0 is no return, 65535 too far.
+    pose: (4, 4) camera to world. depth_raw: (height, width) uint16 depth as stored; 0 is a hole, 65535 too far.
     clean: (height, width) float32 depth without the sensor [m], 0 where nothing is; None where it is not known.
     tag: (height, width) uint8 indices of material tags, 255 for none; None where they are not known.
     """
@@ -39,14 +39,14 @@ class Shot:
         holes = 1 - int(np.count_nonzero(both)) / max(int(np.count_nonzero(there)), 1)
         if not error.size:
             return Figures(holes, None, None)
-        ranked = np.sort(error)
-        low, middle, high = (float(ranked[int(share * len(ranked))]) for share in (0.1587, 0.5, 0.8413))
+        places = [int(share * error.size) for share in (0.1587, 0.5, 0.8413)]
+        low, middle, high = (float(value) for value in np.partition(error, places)[places])
         return Figures(holes, (high - low) / 2, middle)
 
 
 @dataclass(frozen=True)
 class Figures:
-    """holes: share of the pixels with a surface that have no return; of all pixels where surfaces are not known.
+    """holes: share of the pixels with a surface that are holes; of all pixels where surfaces are not known.
 
     spread: of measured less true depth [m], half the width of its middle 68.3 %: the standard deviation of a normal
     error, unmoved by the few that are far off. bias: its median [m].

@@ -1,7 +1,8 @@
-"""Browsers without a GPU: found out, and spared work while frames play.
+"""Browsers without a GPU: found out by a script, and kept from drawing a picture more than once.
 
-viser has no call for the resolution of its canvas, but its page has a setting for developers; the message that sets it
-is viser's own, for scripts. Where a later viser lacks either, nothing is found out and nothing is spared.
+Whatever comes, viser's page draws its 3D view for a quarter of a second on end, in case something is not ready yet. By
+software that is most of what a frame costs. The message for scripts, and what they take hold of, are viser's own: where
+a later viser lacks one, nothing is found out, or nothing is spared.
 """
 
 import viser
@@ -13,12 +14,31 @@ const name = about ? context.getParameter(about.UNMASKED_RENDERER_WEBGL) : '';
 const soft = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 localStorage.setItem('viser-user:depthsim-renderer', soft ? 'software' : 'hardware');
 """
-_SHARPNESS = """
-const settings = window.__viserTestpoints && window.__viserTestpoints.devSettings;
-if (settings && !new URLSearchParams(location.search).has('fixedDpr')) settings.set({fixedDpr: %s});
+_DRAW_ONCE = """
+const page = window.__viserMutable, view = page && page.scene && page.scene.__r3f && page.scene.__r3f.root;
+if (view && page.drainMessageQueue && page.backgroundMaterial && !page.drawOften) {
+  page.drawOften = page.requestRender;
+  const shown = page.backgroundMaterial.uniforms.colorMap;
+  let awaited = null, later = 0;
+  const draw = () => { awaited = null; clearTimeout(later); view.getState().invalidate(); };
+  page.requestRender = () => {
+    if (awaited) {  // what came after a picture, the question for an echo too, waits until that is decoded and drawn
+      if (shown.value !== awaited.before) draw();
+    } else if (!page.messageQueue.length || page.getRenderRequestState !== 'ready') {
+      draw();
+    } else {
+      if (page.messageQueue.some(one => one.type === 'BackgroundImageMessage')) awaited = {before: shown.value};
+      page.drainMessageQueue();
+      clearTimeout(later);
+      later = setTimeout(draw, 250);
+    }
+  };
+}
 """
-COARSE = 0.4
-"""Pixels of the 3D view per pixel of the screen, each way, while frames play by software."""
+_DRAW_OFTEN = """
+const page = window.__viserMutable;
+if (page && page.drawOften) { page.requestRender = page.drawOften; delete page.drawOften; page.requestRender(); }
+"""
 
 
 def draws_by_software(client: viser.ClientHandle) -> bool:
@@ -31,9 +51,9 @@ def draws_by_software(client: viser.ClientHandle) -> bool:
         return False
 
 
-def set_sharpness(client: viser.ClientHandle, pixels: float | None) -> None:
-    """Pixels of the 3D view per pixel of the screen; None leaves it to the page."""
-    _run(client, _SHARPNESS % ("null" if pixels is None else pixels))
+def draw_once(client: viser.ClientHandle, once: bool) -> None:
+    """Have the page draw its 3D view once for each picture that comes, or as viser has it."""
+    _run(client, _DRAW_ONCE if once else _DRAW_OFTEN)
 
 
 def _run(client: viser.ClientHandle, script: str) -> bool:

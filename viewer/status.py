@@ -2,11 +2,12 @@
 
 import asyncio
 import html
+from contextlib import suppress
 
 import viser
 
-_SLOW = 0.1
-"""[s] What takes longer shows that it is under way."""
+_SLOW, _SLOW_IN_A_PLAY = 0.1, 1.0
+"""[s] What takes longer shows that it is under way; frames that follow each other show it themselves."""
 _DOING = {
     "frame": "measuring",
     "fly": "flying the path",
@@ -20,7 +21,7 @@ class Status:
     """Lines over the controls of one browser."""
 
     def __init__(self, gui: viser.GuiApi, loop: asyncio.AbstractEventLoop) -> None:
-        self._loop, self._job, self._shown = loop, 0, False
+        self._loop, self._job, self._shown, self._slow = loop, 0, False, _SLOW
         self._errors: dict[str, str] = {}
         self._error = gui.add_html("", visible=False)
         self._text = gui.add_markdown("")
@@ -31,11 +32,16 @@ class Status:
         """Tell of the frames, a line each."""
         self._text.content = "  \n".join(lines)
 
+    def moving(self, moving: bool) -> None:
+        """Whether frames follow each other from now on."""
+        self._slow = _SLOW_IN_A_PLAY if moving else _SLOW
+
     def busy(self, kind: str | None) -> None:
         """A job begins, or the one that was begun is done; called by the worker."""
         self._job += 1
         if kind is not None:
-            self._loop.call_soon_threadsafe(self._loop.call_later, _SLOW, self._show, self._job, kind)
+            with suppress(RuntimeError):  # the server has stopped meanwhile
+                self._loop.call_soon_threadsafe(self._loop.call_later, self._slow, self._show, self._job, kind)
         elif self._shown:
             self._shown = self._doing.visible = self._bar.visible = False
 

@@ -99,31 +99,31 @@ class Clone:
         try:
             if step.how is How.SERVE:
                 return _serve(process)
-            told, _ = process.communicate(timeout=PATIENCE if self.short else None)
+            said, _ = process.communicate(timeout=PATIENCE if self.short else None)
         except subprocess.TimeoutExpired:
             return f"did not end in {PATIENCE:g} s"
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
-        if "does not provide the extra" in told:
-            return told.strip()
-        return "" if process.returncode == 0 else f"exit status {process.returncode}: {told.strip()[-1500:]}"
+        if re.search(r"depthsim \S+ does not provide the extra", said):  # what packages of others lack is their own
+            return said.strip()
+        return "" if process.returncode == 0 else f"exit status {process.returncode}: {said.strip()[-1500:]}"
 
 
 def _serve(process: "subprocess.Popen[str]") -> str:
     """Wait for the page that a line shows, get it, and press Ctrl-C."""
     assert process.stdout is not None
-    told = ""
-    for said in process.stdout:
-        told += said
+    said = ""
+    for line in process.stdout:
+        said += line
         if url := re.search(r"http://\S+", said):
             with urllib.request.urlopen(url[0], timeout=60) as answer:
                 page = answer.status
             os.killpg(process.pid, signal.SIGINT)
             process.communicate(timeout=PATIENCE)
             return "" if (page, process.returncode) == (200, 0) else f"page {page}, exit status {process.returncode}"
-    return f"showed no page: {told.strip()[-1500:]}"
+    return f"showed no page: {said.strip()[-1500:]}"
 
 
 def _processor_time() -> float:

@@ -48,13 +48,14 @@ RULES = [
         put=r"""./run python -c "import runpy; runpy.run_path('\1', run_name='loaded')" """,
     ),
     Rule(r"s3://bucket", "a folder is the store", put="file://$PWD/bucket"),
-    Rule(r"--ray HOST:6379", "a cluster takes 20 s to start; tests/test_sweep_run.py has one", put="", short=True),
+    Rule(r"--ray HOST:6379", "a cluster takes 20 s to start; tests/sweep/ has one", put="", short=True),
     Rule(r"--ray HOST:6379", "the cluster is this machine", put="--ray local"),
     Rule(r"SYSTEM", "a placeholder", put="kiss-icp"),
     Rule(r" \[more logs\]", "a placeholder", put=""),
-    Rule(r"import viewer.bag --out recording", "another recording than that of the diagnosis", first="rm -r recording"),
+    Rule(r"import viewer.bag --out recording", "another recording than the diagnosis'", first="rm -rf recording"),
     Rule(r"reconstruct (\w+)$", "of a recording without a scene", first=r"rm -f \1/scene.*"),
     Rule(r"generate (office|race|sponza.glb)\b", "time", add=SMALL, short=True),
+    Rule(r"sweep sweep.yaml --out", "time: a worker takes longest to start", add="--workers 1", short=True),
     Rule(r"slam \S+ --sweep", "time", add="--with kiss-icp --profiles clean --speeds 1", short=True),
 ]  # fmt: skip
 

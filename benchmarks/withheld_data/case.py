@@ -289,7 +289,7 @@ def _is_fair(film: Film) -> bool:
 
 
 def _offsets(rng: Rng, film: Film) -> dict[str, float]:
-    """In half of the cases the real m of each material is off by up to 5 %, either way; told to the film."""
+    """In half of the cases the real m of each material is off by up to 5 %, either way; given to the film."""
     if film.base.sigma or rng.random() < 0.5:
         return {}
     offsets = {tag: float(rng.uniform(-0.05, 0.05)) for tag in film.base.m}

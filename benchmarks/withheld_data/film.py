@@ -104,7 +104,7 @@ class Formula:
         """Steps of the disparity, after the noise: change ``take.z``."""
 
     def lose(self, take: "Take") -> Mask | None:
-        """What has no return."""
+        """(height, width) the pixels that become holes, None for none."""
         return None
 
     def finish(self, take: "Take") -> None:
@@ -113,7 +113,7 @@ class Formula:
 
 @dataclass(eq=False)
 class Take:
-    """One frame being made. z: depth as measured so far [m], 0 is no return; sigma: its noise [m]."""
+    """One frame being made. z: depth as measured so far [m], 0 is a hole; sigma: its noise [m]."""
 
     film: "Film"
     index: int
@@ -136,7 +136,7 @@ class Take:
 
     @property
     def disparity(self) -> Floats:
-        """f·b / z of what is measured so far [px]; 0 for no return."""
+        """f·b / z of what is measured so far [px]; 0 for a hole."""
         return self.film.inverse(self.z)
 
     @cached_property
@@ -278,7 +278,7 @@ class Film:
         take.z = np.where(lost, 0.0, take.z)
 
     def units(self, take: Take) -> NDArray[np.uint16]:
-        """The finished frame as 16 bits: 0 is no return, 65535 too far."""
+        """The finished frame as 16 bits: 0 is a hole, 65535 too far."""
         value = np.floor(np.clip(np.nan_to_num(take.z) / self.camera.depth_scale + 0.5, 0, 65535))
         return value.astype(np.uint16)
 

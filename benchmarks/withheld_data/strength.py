@@ -2,7 +2,7 @@
 
     change      mean over the pixels of min(|dz| / std, 2): how far depths move, in base noise
     spread      root mean square over the pixels of ln(std / base std)
-    lost        share of the pixels that have no return because of it
+    holes       share of the pixels that become holes because of it
     spurious    share of the returns that move by more than three base std
     neighbours  mean correlation of the normalised errors of neighbours in x and y
     frames      mean correlation of the normalised error of a pixel with that of the frame before
@@ -24,7 +24,7 @@ Range = tuple[float, float]
 RANGES: dict[str, tuple[Range, Range, Range]] = {
     "change": ((0.08, 0.15), (0.25, 0.5), (0.7, 1.1)),
     "spread": ((0.08, 0.14), (0.22, 0.4), (0.6, 1.0)),
-    "lost": ((0.003, 0.007), (0.015, 0.035), (0.06, 0.12)),
+    "holes": ((0.003, 0.007), (0.015, 0.035), (0.06, 0.12)),
     "spurious": ((0.001, 0.002), (0.004, 0.01), (0.015, 0.035)),
     "neighbours": ((0.08, 0.15), (0.3, 0.5), (0.7, 0.9)),
     "frames": ((0.1, 0.18), (0.35, 0.55), (0.7, 0.9)),
@@ -134,7 +134,7 @@ def _spread(before: Take, after: Take) -> float:
     return float(np.sqrt(np.mean(np.log(after.sigma[both] / before.sigma[both]) ** 2))) if both.any() else 0.0
 
 
-def _lost(before: Take, after: Take) -> float:
+def _holes(before: Take, after: Take) -> float:
     return float(np.mean((before.z > 0) & (after.z <= 0)))
 
 
@@ -175,4 +175,4 @@ def _ratio(film: Film, formula: Formula) -> float:
     return formula.amount if seen else 0.0
 
 
-_STATISTICS = {"change": _change, "spread": _spread, "lost": _lost, "spurious": _spurious, "neighbours": _neighbours}
+_STATISTICS = {"change": _change, "spread": _spread, "holes": _holes, "spurious": _spurious, "neighbours": _neighbours}

@@ -90,8 +90,8 @@ def _of_tier_a(results: list[Result], folder: Path) -> list[Table | str]:
 
 def _by_effect(results: list[Result]) -> Table:
     table = Table(title="(a) by effect: first cause right / cases", title_justify="left")
-    for name in ("effect", "weak", "medium", "strong", "closed (median)", "taken for"):
-        table.add_column(name, justify="left" if name in ("effect", "taken for") else "right")
+    for name in ("effect", "weak", "medium", "strong", "closed (median)", "misattributed to"):
+        table.add_column(name, justify="left" if name in ("effect", "misattributed to") else "right")
     for effect in sorted({score.wanted(r)[0] for r in results}):
         mine = [r for r in results if score.wanted(r)[0] == effect]
         cells = []

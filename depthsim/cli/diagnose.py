@@ -41,8 +41,8 @@ def diagnose(
         raise InputError("diagnose", "", f"has {len(runs)} runs", "give a recording, or two to be compared")
     for name in without or []:
         if name not in effect_ids():
-            problem, mend = f"there is no effect {name!r}", f"the effects are {', '.join(effect_ids())}"
-            raise InputError("--without", name, problem, mend)
+            problem, fix = f"there is no effect {name!r}", f"the effects are {', '.join(effect_ids())}"
+            raise InputError("--without", name, problem, fix)
     check_report_folder(out)
     known = load_materials(materials)
     place = _scene(scene, runs[0], parse_tags(tag), units, up, known)
@@ -105,7 +105,7 @@ def _compare(
 def _scene(
     choice: str | None, run: Path, tags: dict[str, str], units: str | None, up: str | None, materials: "Materials"
 ) -> "str | Scene | None":
-    """The scene, loaded here where there is more to tell of it than its name."""
+    """The scene, loaded here where there is more to give of it than its name."""
     from depthsim.runs import Run
     from depthsim.scenefile import load_scene
 

@@ -21,7 +21,7 @@ _FLAGS: ContextVar[Mapping[str, str]] = ContextVar("_FLAGS")
 
 
 def in_flags(text: str) -> str:
-    """The text as the command that runs tells it."""
+    """The text as the command that runs words it."""
     flags = _FLAGS.get({})
     return _ARGUMENT.sub(lambda found: flags.get(_OTHER_NAMES.get(found[1], found[1]), found[0]), text)
 

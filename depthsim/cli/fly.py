@@ -30,7 +30,7 @@ def fly(
         bool, typer.Option("--feedforward/--no-feedforward", help="Whether the controller knows of the drag.")
     ] = True,
     scene: Annotated[
-        str | None, typer.Option(help="What the flight must not touch: the first contact is told.")
+        str | None, typer.Option(help="What the flight must not touch: the first contact is reported.")
     ] = None,
     ground: Annotated[float | None, typer.Option(help="Height of level ground, for the ground effect [m].")] = None,
     imu_rate: Annotated[int, typer.Option(help="Of the gyroscope: 200 or 400 Hz.")] = 200,

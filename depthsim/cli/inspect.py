@@ -57,7 +57,7 @@ def _inspect_run(path: Path) -> None:
         print(remark)
     holes, depth = float((raw == 0).mean()), run.depth(middle)
     returns = depth[depth > 0]
-    span = f"{np.min(returns):.3f} to {np.max(returns):.3f} m" if returns.size else "no return"
+    span = f"{np.min(returns):.3f} to {np.max(returns):.3f} m" if returns.size else "holes alone"
     print(f"frame {middle}: depth {span}, {holes:.2%} holes")
     if console.is_terminal:
         console.print(terminal_picture(depth, min(console.width, 100)))

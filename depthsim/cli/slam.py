@@ -35,7 +35,7 @@ def slam(
     there = Run.open(run, posed=False)
     posed = (run / "groundtruth.txt").exists()
     if posed:
-        load_extra("evo.core.metrics", "slam")  # told before a system runs for minutes, not when it is to be scored
+        load_extra("evo.core.metrics", "slam")  # refused before a system runs for minutes, not when it is to be scored
     folder = out or run / "slam"
     if estimate is not None:
         if system or sweep:
@@ -47,8 +47,8 @@ def slam(
         for name in system:
             _run(there, name, folder)
     else:
-        mend = "add --with open3d-slam, open3d-odometry or kiss-icp, or --estimate FILE"
-        raise InputError("slam", "", "does not say which system", mend)
+        fix = "add --with open3d-slam, open3d-odometry or kiss-icp, or --estimate FILE"
+        raise InputError("slam", "", "does not say which system", fix)
 
 
 def _score_file(run: "Run", file: Path, out: Path) -> None:
@@ -84,7 +84,7 @@ def _sweep(run: "Run", posed: bool, systems: list[str] | None, profiles: str, sp
     except ValueError:
         raise InputError("--speeds", speeds, "are no numbers", "give factors such as 0.5,1,2") from None
     names = [name for name in profiles.split(",") if name]
-    sweep(run, out, systems or list(SYSTEMS), names, factors, tell=print)
+    sweep(run, out, systems or list(SYSTEMS), names, factors, report=print)
     print(f"{out}: results.csv and sweep.png")
 
 

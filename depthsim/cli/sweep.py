@@ -23,12 +23,12 @@ def sweep(
     ray: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A Ray cluster: host:port, auto, or local for this machine's.")
     ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Tell runs, frames, bytes and time.")] = False,
-    check: Annotated[bool, typer.Option("--check", help="Look through whole runs, too, and mend them.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="State runs, frames, bytes and time.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Look through whole runs, too, and repair them.")] = False,
 ) -> None:
     """Make every scene x trajectory x profile x seed x draw of a file as a run.
 
-    Runs that are there are kept, and those that were broken off are gone on with.
+    Runs that are there are kept, and those that were broken off are finished.
     """
     from depthsim.extras import need_extra
     from depthsim.parallel import core_count
@@ -67,10 +67,10 @@ def sweep(
 
 def _told(out: str, done: "Progress", seconds: float) -> str:
     rate = f" in {seconds:.1f} s, {done.frames_made / seconds:.1f} frames/s" if done.frames_made else ""
-    mended = f"; {done.repaired} were damaged and are mended" if done.repaired else ""
+    repaired = f"; {done.repaired} were damaged and are repaired" if done.repaired else ""
     lost = f"; {done.lost} workers died and were replaced" if done.lost else ""
     made = f"{done.runs_made} made now ({done.frames_made} frames{rate})"
-    return f"{out}: {done.whole} of {done.runs} runs are whole, {made}{mended}{lost}"
+    return f"{out}: {done.whole} of {done.runs} runs are whole, {made}{repaired}{lost}"
 
 
 class _Bar:
@@ -82,10 +82,10 @@ class _Bar:
 
         console = Console(stderr=True)
         self._bar = Progress(
-            TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[told]}"),
+            TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[state]}"),
             TimeRemainingColumn(), console=console, disable=not console.is_terminal, transient=True,
         )  # fmt: skip
-        self._task = self._bar.add_task("", total=None, told="")
+        self._task = self._bar.add_task("", total=None, state="")
         self._bar.start()
         self._begin = time.monotonic()
         return self
@@ -96,5 +96,5 @@ class _Bar:
     def __call__(self, progress: "Progress") -> None:
         rate = progress.frames_made / max(time.monotonic() - self._begin, 1e-9)
         failed = f", {progress.failed} failed" if progress.failed else ""
-        told = f"{rate:.1f} frames/s{failed}"
-        self._bar.update(self._task, completed=progress.whole + progress.failed, total=progress.runs, told=told)
+        state = f"{rate:.1f} frames/s{failed}"
+        self._bar.update(self._task, completed=progress.whole + progress.failed, total=progress.runs, state=state)

@@ -47,7 +47,7 @@ def view(
     def open_it() -> "Stage":
         return open_stage(what, trajectory=trajectory, sensor=sensor, materials=known, scene_loader=load)
 
-    if not is_recorded(what):  # of a run or a report the page itself tells what is wrong, so that it can be mended
+    if not is_recorded(what):  # of a run or a report the page itself says what is wrong, so that it can be fixed
         stage = open_it()
         viewer = Viewer(lambda: stage, f"depthsim · {Path(what).name}", port, save_to)
     else:

@@ -20,7 +20,7 @@ from depthsim.trajectory import tum_text
 
 
 def write(run: Run, out: Path, _: object) -> str:
-    """Write the folder; says how Open3D's programs are told of it."""
+    """Write the folder; says how Open3D's programs are given it."""
     names = [f"{index:06d}.png" for index in range(len(run))]
     has_rgb = run.has("rgb")
     for folder in ("depth", *(("color",) if has_rgb else ())):

@@ -1,7 +1,7 @@
 """ROS 2 bags with the topics that the RealSense wrapper (realsense2_camera 4) publishes for a camera named `camera`.
 
-    /camera/camera/depth/image_rect_raw   16UC1 [mm], 0 is no return
-    /camera/camera/depth/image_rect       32FC1 [m], NaN is no return and +inf too far (REP 118); not by the wrapper
+    /camera/camera/depth/image_rect_raw   16UC1 [mm], 0 is a hole
+    /camera/camera/depth/image_rect       32FC1 [m], NaN is a hole and +inf too far (REP 118); not by the wrapper
     /camera/camera/depth/camera_info      and one for each imager
     /camera/camera/infra1/image_rect_raw  mono8, the run's grey rgb/; a colour one is /camera/camera/color/image_raw
     /camera/camera/infra2/camera_info     its P has the baseline, as that of any right imager

@@ -218,8 +218,8 @@ def _check_stamps(table: Table) -> None:
         problem = f"t {t[row]:.6f} comes twice" if step[row - 1] == 0 else f"t {t[row]:.6f} is before the row above"
         raise table.fault(row, problem, "sort the rows, each stamp once")
     if np.median(step) > 1:
-        mend = "write t in seconds, with at least one sample a second"
-        raise InputError(table.path, "t", f"goes in steps of {np.median(step):.3g} s", mend)
+        fix = "write t in seconds, with at least one sample a second"
+        raise InputError(table.path, "t", f"goes in steps of {np.median(step):.3g} s", fix)
 
 
 def _unit_quaternions(table: Table) -> Floats:

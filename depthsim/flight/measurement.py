@@ -14,7 +14,7 @@ Late = Literal["accelerometer", "thrust", "recorder"]
 class Measurement(BaseModel):
     """What the recorder of a vehicle writes; all of it neutral by default.
 
-    thrust: what the log calls thrust: that of the rotors, or what they were told, which the motors lag behind.
+    thrust: what the log calls thrust: that of the rotors, or what they were commanded, which the motors lag behind.
     late: what has its stamps late against the rest; ``recorder`` is accelerometer and thrust against the poses.
     What a rotor makes is ``rotors.thrust_scale`` · ((1 - thrust_fade · t) · logged + thrust_offset), as batteries fade.
     """
@@ -54,7 +54,7 @@ class Measurement(BaseModel):
 def lagged(columns: Floats, lag: float, step: float, order: int = 1) -> Floats:
     """Columns (N, K) behind a lag of ``lag`` [s] in all: ``order`` equal lags of first order, one after the other.
 
-    Exact for an input that goes in straight lines between its samples, ``step`` [s] apart; settled at the start.
+    Exact for an input that goes in straight lines between its samples, ``step`` [s] apart; in steady state before.
     """
     from scipy.signal import lfilter
 

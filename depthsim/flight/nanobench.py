@@ -60,7 +60,7 @@ def read_nanobench(path: str | Path, *, drop_unmeasured: bool = False) -> Flight
 
 
 def read_any(path: str | Path | FlightLog, *, drop_unmeasured: bool = False) -> FlightLog:
-    """Read a flight.csv or a NanoBench log; the columns tell which. A log that is read already stays as it is.
+    """Read a flight.csv or a NanoBench log; the columns show which. A log that is read already stays as it is.
 
     For ``drop_unmeasured`` see :func:`read_flight`.
     """

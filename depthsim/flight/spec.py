@@ -93,8 +93,8 @@ def open_ride(choice: Path, scene: Scene | None = None) -> Ride:
         flight = fly_spec(choice, scene)
         return Ride(flight.camera, lambda out: flight.write(out, poses=False), flight.contact)
     if not choice.is_dir():
-        mend = "give the folder that `depthsim fly` wrote, or a flight's .yaml file"
-        raise InputError(choice, "", "is no flight", mend)
+        fix = "give the folder that `depthsim fly` wrote, or a flight's .yaml file"
+        raise InputError(choice, "", "is no flight", fix)
     camera = read_tum(choice / "groundtruth.txt")
 
     def copy(out: Path) -> None:

@@ -1,4 +1,4 @@
-"""Tables of numbers as CSV: columns found by name, every fault told with its line and column."""
+"""Tables of numbers as CSV: columns found by name, every fault reported with its line and column."""
 
 import csv
 import math
@@ -33,9 +33,9 @@ class Table:
     def __len__(self) -> int:
         return len(self.lines)
 
-    def fault(self, row: int, problem: str, mend: str) -> InputError:
+    def fault(self, row: int, problem: str, fix: str) -> InputError:
         """What is wrong with a row, as an error to raise."""
-        return InputError(self.path, f"line {self.lines[row]}", problem, mend)
+        return InputError(self.path, f"line {self.lines[row]}", problem, fix)
 
     def stack(self, names: Iterable[str]) -> Floats:
         """Some columns side by side, (N, len(names))."""
@@ -60,8 +60,8 @@ def read_table(path: Path, what: str, wanted: Callable[[str], bool], *, drop_unm
     kept = [index for index, name in enumerate(names) if wanted(name)]
     for number, row in rows[begin:]:
         if len(row) != len(names):
-            mend = "write every row whole: the file may be cut off" if len(row) < len(names) else "write no more cells"
-            raise InputError(path, f"line {number}", f"has {len(row)} cells, the header has {len(names)}", mend)
+            fix = "write every row whole: the file may be cut off" if len(row) < len(names) else "write no more cells"
+            raise InputError(path, f"line {number}", f"has {len(row)} cells, the header has {len(names)}", fix)
     body = rows[begin:]
     if drop_unmeasured:
         kept = [index for index in kept if not body or not all(_blank(row[index]) for _, row in body)]
@@ -92,7 +92,7 @@ def _rows(path: Path, what: str) -> list[tuple[int, list[str]]]:
     try:
         return [(reader.line_num, row) for row in reader if row and not row[0].lstrip().startswith("#")]
     except csv.Error as error:
-        raise InputError(path, f"line {reader.line_num}", f"is not CSV ({error})", "mend that line") from None
+        raise InputError(path, f"line {reader.line_num}", f"is not CSV ({error})", "correct that line") from None
 
 
 def _header(rows: list[tuple[int, list[str]]], path: Path) -> tuple[list[str], int]:

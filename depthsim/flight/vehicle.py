@@ -123,7 +123,7 @@ class Vehicle(_Part):
 
     @property
     def radius(self) -> float:
-        """Of the sphere around everything [m]: the tips of the propellers, unless told otherwise."""
+        """Of the sphere around everything [m]: the tips of the propellers, unless given otherwise."""
         return self.body_radius or self.rotors.arm + self.rotors.radius
 
     @property
@@ -187,6 +187,6 @@ def load_vehicle(choice: str | Path | Vehicle) -> Vehicle:
     if str(choice).lower() in vehicle_names():
         path = _FOLDER / f"{str(choice).lower()}.yaml"
     elif path.suffix.lower() not in (".yaml", ".yml"):
-        mend = f"name one of {', '.join(vehicle_names())}, or give a vehicle.yaml"
-        raise InputError(str(choice), "", "is no vehicle", mend)
+        fix = f"name one of {', '.join(vehicle_names())}, or give a vehicle.yaml"
+        raise InputError(str(choice), "", "is no vehicle", fix)
     return read_model(Vehicle, path, "a vehicle.yaml")

@@ -169,7 +169,13 @@ class DepthWhere(Section):
 
 
 class DepthCompare(Section):
-    """Two recordings, compared without a simulator."""
+    """Two recordings, compared without a simulator.
+
+    The excess of `significance` is calibrated for runs that are simulated anew, and here there are none to simulate:
+    the floor is from splits of the same blocks into halves that have as much of each recording. If nothing
+    distinguishes the two, the split into A and B is one more of these, so by chance alone it is the largest in 1 of
+    `splits` + 1; `above` and `ratio` ask for more than that, and benchmarks/nulls.py does not count them.
+    """
 
     splits: int = _count(24, "into halves that have as much of each recording, for the floor")
     above: float = _value(4.0, "standard deviations of the splits that the gap must be above their mean")

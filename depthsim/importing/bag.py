@@ -68,7 +68,7 @@ class _Reading:
 
     @staticmethod
     def _exact_scale(source: Path) -> float | None:
-        """The metres per unit that a bag of `depthsim export` tells of in its custom data."""
+        """The metres per unit that a bag of `depthsim export` gives in its custom data."""
         file = source / "metadata.yaml"
         if not file.is_file():
             return None
@@ -107,7 +107,7 @@ class _Reading:
             if found.options[topic] == "depth_scale":
                 self._scale = self._options.depth_scale or value
             else:
-                self._baseline = value / 1000  # librealsense tells it in millimetres
+                self._baseline = value / 1000  # librealsense gives it in millimetres
 
     def _take_depth(self, message: Message) -> None:
         picture = self._decoder.image(message)

@@ -129,8 +129,8 @@ def calibration(info: Any, source: Path) -> Mapping[str, Any]:
         d.pop()
     if d and (info.distortion_model not in _BROWN_CONRADY or len(d) > 5):
         problem = f"its distortion is {info.distortion_model or 'of no name'} with {len(d)} terms"
-        mend = "depthsim has plumb_bob, k1 k2 p1 p2 k3: rectify the images, or give a `camera` with such terms"
-        raise InputError(source, "CameraInfo", problem, mend)
+        fix = "depthsim has plumb_bob, k1 k2 p1 p2 k3: rectify the images, or give a `camera` with such terms"
+        raise InputError(source, "CameraInfo", problem, fix)
     distortion = (*d, *[0.0] * (5 - len(d)))
     keys: dict[str, Any] = {
         "width": int(info.width),

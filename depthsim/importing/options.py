@@ -1,4 +1,4 @@
-"""What an importer can be told, and what it tells."""
+"""What an importer can be given, and what it reports."""
 
 import math
 import os
@@ -54,16 +54,16 @@ class ImportOptions:
 
 def read_mount(text: str) -> tuple[float, ...]:
     """``x,y,z,qx,qy,qz,qw`` as numbers, the quaternion normalised; one that is off by more than 1 % is refused."""
-    mend = "give x,y,z,qx,qy,qz,qw: the camera in the frame of the poses, metres and a unit quaternion"
+    fix = "give x,y,z,qx,qy,qz,qw: the camera in the frame of the poses, metres and a unit quaternion"
     try:
         numbers = [float(word) for word in text.split(",")]
     except ValueError:
-        raise InputError("`mount`", text, "holds something that is no number", mend) from None
+        raise InputError("`mount`", text, "holds something that is no number", fix) from None
     if len(numbers) != 7 or not all(map(math.isfinite, numbers)):
-        raise InputError("`mount`", text, "is not seven finite numbers", mend)
+        raise InputError("`mount`", text, "is not seven finite numbers", fix)
     length = math.hypot(*numbers[3:])
     if abs(length - 1) > 1e-2:
-        raise InputError("`mount`", text, f"its quaternion has length {length:.6g}", mend)
+        raise InputError("`mount`", text, f"its quaternion has length {length:.6g}", fix)
     return (*numbers[:3], *(number / length for number in numbers[3:]))
 
 

@@ -101,13 +101,13 @@ def _size(shape: tuple[int, ...]) -> str:
 
 
 def with_options(camera: Camera, given: Mapping[str, float | None]) -> Camera:
-    """The camera with what was told on the command line in place of its own; None was not told."""
-    told = {key: value for key, value in given.items() if value is not None}
-    return validate(Camera, {**camera.model_dump(), **told}, Path("--" + ", --".join(told or given)))
+    """The camera with what was given on the command line in place of its own; None was not given."""
+    stated = {key: value for key, value in given.items() if value is not None}
+    return validate(Camera, {**camera.model_dump(), **stated}, Path("--" + ", --".join(stated or given)))
 
 
 def to_units(metres: NDArray[np.floating], depth_scale: float) -> NDArray[np.uint16]:
-    """Depth [m] as 16-bit units: what is not finite and positive is no return, but +inf, which is too far."""
+    """Depth [m] as 16-bit units: what is not finite and positive is a hole, but +inf, which is too far."""
     units = np.rint(np.asarray(metres, np.float64) / depth_scale)
     with np.errstate(invalid="ignore"):
         far = units >= layout.SATURATED

@@ -98,8 +98,8 @@ def _depth(
     if found is None:
         squeezed = [topic for topic, kind in kinds.items() if kind.endswith("/CompressedImage")]
         problem = "has no depth images" + (f", only compressed ones on {squeezed[0]}" if squeezed else "")
-        mend = f"give `depth`, one of {', '.join(images)}" if images else "record the depth stream, uncompressed"
-        raise InputError(source, "", problem, mend)
+        fix = f"give `depth`, one of {', '.join(images)}" if images else "record the depth stream, uncompressed"
+        raise InputError(source, "", problem, fix)
     return found
 
 

@@ -61,8 +61,8 @@ def _camera(source: Path, options: ImportOptions) -> Camera:
         return read_camera(source / layout.CAMERA)
     found = re.search(r"freiburg([123])", source.absolute().name)
     if not found:
-        mend = "give `camera` camera.yaml; a folder named such as rgbd_dataset_freiburg1_xyz needs none"
-        raise InputError(source, "", "has no camera.yaml", mend)
+        fix = "give `camera` camera.yaml; a folder named such as rgbd_dataset_freiburg1_xyz needs none"
+        raise InputError(source, "", "has no camera.yaml", fix)
     (fx, fy, cx, cy), distortion = FREIBURG[found[1]]
     keys = {"width": 640, "height": 480, "fx": fx, "fy": fy, "cx": cx, "cy": cy, "depth_scale": 1 / UNITS}
     model = "brown_conrady" if any(distortion) else "pinhole"

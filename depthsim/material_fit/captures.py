@@ -45,8 +45,8 @@ def _by_name(folder: Path) -> list[Capture]:
     if _pictures(folder):
         inside = [folder]
     if not inside:
-        mend = f"put depth PNGs into folders named by their distance, such as {folder.name}/0.50m/"
-        raise InputError(folder, "", "holds no depth pictures", mend)
+        fix = f"put depth PNGs into folders named by their distance, such as {folder.name}/0.50m/"
+        raise InputError(folder, "", "holds no depth pictures", fix)
     captures = []
     for item in inside:
         name = item.resolve().name

@@ -28,7 +28,7 @@ class MaterialFit:
 
     m: [1/m], with its 95 % confidence interval. floor: [m]; its interval is None where it was held fixed. Both
     intervals count the scatter of the points about the curve. They hold for the law: where another law is the better
-    one, they only tell of the best curve through these distances.
+    one, they only describe the best curve through these distances.
     n: points. span: nearest and farthest distance [m].
     law, quadratic: the paper's law, and std = k·d², the noise of a stereo camera with a constant disparity error.
     """
@@ -125,8 +125,8 @@ def fit_curve(curve: Curve, *, floor: float | None = PAPER_FLOOR, spread: Spread
     prefix = "" if spread == "spatial" else "temporal_"
     stds, counts = curve.column(f"{prefix}std"), curve.column(f"{prefix}count")
     if not (np.isfinite(stds) & (counts > 1)).all():
-        mend = "record several frames at each distance, the camera at rest, or use the spatial std"
-        raise InputError(curve.source, "", f"{curve.tag} has no temporal std at every distance", mend)
+        fix = "record several frames at each distance, the camera at rest, or use the spatial std"
+        raise InputError(curve.source, "", f"{curve.tag} has no temporal std at every distance", fix)
     return fit_points(curve.column("distance"), stds, counts, floor=floor, tag=curve.tag, source=curve.source)
 
 

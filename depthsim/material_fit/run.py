@@ -35,7 +35,7 @@ def measure_run(run: Run, scene: Scene, *, width: float = 0.1, most_incidence: f
     """
     if not width > 0:
         raise InputError("`width`", "", f"is {width:g}", "give a width in metres above 0, such as 0.1")
-    pixels, lost = _collect(run, scene, width, float(np.cos(np.radians(most_incidence))))
+    pixels, empty = _collect(run, scene, width, float(np.cos(np.radians(most_incidence))))
     block = block_numbers(int(pixels.frame.max()) + 1 if pixels.frame.size else 1)[pixels.frame]
     order = np.argsort(pixels.kind, kind="stable")
     cuts = np.flatnonzero(np.diff(pixels.kind[order])) + 1
@@ -49,7 +49,7 @@ def measure_run(run: Run, scene: Scene, *, width: float = 0.1, most_incidence: f
         if spread.kept.sum() < LEAST_PIXELS or spread.count == 0 or spread.std == 0:
             left_out[tag] = left_out.get(tag, 0) + 1
             continue
-        holes, kept = lost.get(kind, 0), chosen[spread.kept]
+        holes, kept = empty.get(kind, 0), chosen[spread.kept]
         point = Point(
             distance=float(pixels.depth[kept].mean(dtype=np.float64)),
             std=spread.std,
@@ -63,8 +63,8 @@ def measure_run(run: Run, scene: Scene, *, width: float = 0.1, most_incidence: f
         )
         points.setdefault(tag, []).append(point)
     if not points:
-        mend = "check the scene, the poses and the masks"
-        raise InputError(run.path, "", "no material is seen by enough depths to measure its noise", mend)
+        fix = "check the scene, the poses and the masks"
+        raise InputError(run.path, "", "no material is seen by enough depths to measure its noise", fix)
     return [
         Curve(scene.tags[tag], run.path.resolve().name, tuple(found), _too_few(left_out.get(tag, 0)), focal_baseline)
         for focal_baseline in [run.camera.focal_baseline]
@@ -96,7 +96,7 @@ def _collect(run: Run, scene: Scene, width: float, least_cosine: float) -> tuple
     tiles = tile_numbers(*run.camera.shape)[grid]
     caster = Caster(scene)
     parts: list[tuple[NDArray, ...]] = []
-    lost: dict[int, int] = {}
+    empty: dict[int, int] = {}
     for number, index in enumerate(frames):
         clean = caster.cast(run.camera, run.poses[index])
         measured, depth, cosine, tag = (item[grid] for item in (run.depth(index), clean.depth, clean.cosine, clean.tag))
@@ -105,7 +105,7 @@ def _collect(run: Run, scene: Scene, width: float, least_cosine: float) -> tuple
         kind = tag.astype(np.int64) * _STEPS + np.minimum((depth / width).astype(np.int64), _STEPS - 1)
         there = trusted & (measured > 0)
         for hole, count in zip(*np.unique(kind[trusted & ~there], return_counts=True), strict=True):
-            lost[int(hole)] = lost.get(int(hole), 0) + int(count)
+            empty[int(hole)] = empty.get(int(hole), 0) + int(count)
         error = measured[there] - depth[there]
         parts.append((error, depth[there], cosine[there], kind[there], tiles[there], np.full(error.size, number)))
-    return _Pixels(*(np.concatenate(part) for part in zip(*parts, strict=True))), lost
+    return _Pixels(*(np.concatenate(part) for part in zip(*parts, strict=True))), empty

@@ -82,7 +82,7 @@ def _scale(off: Floats, unit: float) -> float:
 
 
 def effective_count(squares: Floats, weights: Floats, groupings: tuple[Groups, ...]) -> float:
-    """How many independent Gaussian numbers have a std as exact as this one's; 0 where it cannot be told.
+    """How many independent Gaussian numbers have a std as exact as this one's; 0 where it is not known.
 
     The variance is S / N, S the sum of ``squares`` and N of ``weights`` (n,). From groups g that are independent of
     each other, its own sampling variance is G / (G - 1) · Σ (S_g - N_g·S/N)² / N² (Cochran 1977, ratio estimator).

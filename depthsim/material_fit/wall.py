@@ -77,8 +77,8 @@ def _camera_of(capture: Capture, needed: bool) -> Camera | None:
         if (folder / "camera.yaml").exists():
             return read_camera(folder / "camera.yaml")
     if needed:
-        mend = "put one there or beside it, or give `camera` d435 or `depth_scale` 0.001"
-        raise InputError(capture.folder, "camera.yaml", "is missing", mend)
+        fix = "put one there or beside it, or give `camera` d435 or `depth_scale` 0.001"
+        raise InputError(capture.folder, "camera.yaml", "is missing", fix)
     return None
 
 

@@ -54,7 +54,7 @@ def warnings(curve: Curve, fit: MaterialFit) -> list[str]:
     if tails.sum() * 2 > d.size:
         found.append("the noise has heavy tails: the robust deviation is below 80 % of the std at most distances")
     if fit.span[1] * fit.law.parameters[0] < 0.7:
-        found.append("over this span the law does not even double: farther distances would tell m better")
+        found.append("over this span the law does not even double: farther distances would determine m better")
     if fit.m < 0:
         found.append(
             f"m is negative, so there is no entry: the camera is less noisy than the floor of {fit.floor * 1000:g} mm; "

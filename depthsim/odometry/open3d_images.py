@@ -17,7 +17,7 @@ from depthsim.runs import Run
 
 
 def quiet_open3d() -> Any:
-    """Open3D without its warnings, which tell of every buffer that grows."""
+    """Open3D without its warnings, one for every buffer that grows."""
     o3d = load_open3d()
     o3d.utility.set_verbosity_level(o3d.utility.VerbosityLevel.Error)
     return o3d

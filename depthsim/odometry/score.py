@@ -17,7 +17,7 @@ DIFFERENCE = 0.01
 
 @dataclass(frozen=True)
 class Score:
-    """How far an estimate is from the truth; metres and degrees. What cannot be told is not a number.
+    """How far an estimate is from the truth; metres and degrees. What is not known is not a number.
 
     matched: poses that were compared. path: length of the true path. ate: root mean square of the distances after the
     best alignment by a rigid motion (absolute trajectory error); ate_max: their greatest. rpe: root mean square of the
@@ -92,7 +92,7 @@ def _relations(part: Any) -> tuple[Any, Any]:
 def _relative(pair: tuple[Any, Any], relation: Any, delta: float, unit: Any) -> np.ndarray:
     """The errors of relative poses; none where the true path is too short for one."""
     metrics = load_extra("evo.core.metrics", "slam")
-    # evo measures stretches along the estimate unless told so: one of half the size then drifts twice as much.
+    # evo measures stretches along the estimate unless asked otherwise: one of half the size then drifts twice as much.
     rpe = metrics.RPE(
         relation, delta, unit, all_pairs=unit == metrics.Unit.meters, rel_delta_tol=0.1, pairs_from_reference=True
     )

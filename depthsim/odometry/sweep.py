@@ -43,7 +43,7 @@ def sweep(
     profiles: Sequence[str] = PROFILES,
     speeds: Sequence[float] = (1.0,),
     seed: int = 0,
-    tell: Callable[[str], None] = lambda line: None,
+    report: Callable[[str], None] = lambda line: None,
 ) -> list[Case]:
     """Make a run for each profile and speed along the poses of ``run``, and score each system on each.
 
@@ -68,12 +68,12 @@ def sweep(
                 try:
                     figures = score(made.trajectory, found.trajectory)
                 except InputError:
-                    tell(f"{name}: {system} lost its track at once")
+                    report(f"{name}: {system} lost its track at once")
                     cases.append(Case(profile, speed, system, noise, len(made), None))
                     continue
                 put_row(out / RESULTS, row_of(name, system, found.frames, figures, found.seconds))
                 cases.append(Case(profile, speed, system, noise, found.frames, figures))
-                tell(f"{name}: {system} ATE {100 * figures.ate:.2f} cm, {figures.matched} of {found.frames} frames")
+                report(f"{name}: {system} ATE {100 * figures.ate:.2f} cm, {figures.matched} of {found.frames} frames")
     write_whole(out / "sweep.png", picture(cases, run.path.name))
     return cases
 

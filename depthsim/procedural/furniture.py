@@ -109,7 +109,7 @@ def side_chair() -> Part:
 
 
 def shelf(width: float = 0.9, height: float = 2.0, depth: float = 0.34, levels: int = 5) -> Part:
-    """An open shelf with a back; `shelf_levels` tells where its boards are."""
+    """An open shelf with a back; `shelf_levels` says where its boards are."""
     x, y, board = width / 2, depth / 2, 0.022
     items = [
         Block("wood", (-x, x), (-y, y), (0.0, height)),

@@ -24,7 +24,7 @@ _KINDS = {int: "a whole number", float: "a finite number", str: "a text"}
 def build(name: str, **parameters: object) -> Part:
     """The mesh of the scene ``name``; the same parameters give the same bytes.
 
-    Raises ValueError, in one line as "problem; mend", for a name or a parameter that is not known, and for a value of
+    Raises ValueError, in one line as "problem; fix", for a name or a parameter that is not known, and for a value of
     the wrong kind or out of its range.
     """
     builder = BUILDERS.get(name)

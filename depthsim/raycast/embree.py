@@ -77,8 +77,8 @@ def _device_of(configuration: str) -> int:
     if device:
         return int(device)
     if configuration:
-        mend = "give Embree's own settings, such as isa=avx2"
-        raise InputError("DEPTHSIM_EMBREE_CONFIG", "", f"Embree refuses {configuration!r}", mend)
+        fix = "give Embree's own settings, such as isa=avx2"
+        raise InputError("DEPTHSIM_EMBREE_CONFIG", "", f"Embree refuses {configuration!r}", fix)
     raise EmbreeMissing("Embree found no device that it can run on")
 
 

@@ -59,7 +59,7 @@ def reconstruct(
 
     poses: camera to world, at all stamps of the run: a trajectory, a TUM file, or ``odometry`` for Open3D's; the run's
     own by default, and where it has none, odometry. voxel, depth_max: [m]. least_views: how many frames must have seen
-    a surface. tag: the material of the whole mesh. say: told of poses that had to be estimated.
+    a surface. tag: the material of the whole mesh. say: called with a line where poses had to be estimated.
     Raises :class:`InputError` for a run that has a scene or masks already, where ``out`` is its own folder; for an
     unknown tag; and where nothing was seen often enough.
     """

@@ -120,11 +120,11 @@ class Run:
         return all(self._file(stream, index) is not None for index in range(len(self)))
 
     def depth_raw(self, index: int) -> NDArray[np.uint16]:
-        """(height, width) depth as on disk: units of camera.depth_scale, 0 is no return, 65535 saturated."""
+        """(height, width) depth as on disk: units of camera.depth_scale, 0 is a hole, 65535 saturated."""
         return self._depth(self.files[index])
 
     def depth(self, index: int) -> NDArray[np.float32]:
-        """(height, width) depth [m]; 0 where there is no return and where it is saturated."""
+        """(height, width) depth [m]; 0 in holes and where it is saturated."""
         return self._metres[self.depth_raw(index)]
 
     def saturated(self, index: int) -> NDArray[np.bool_]:
@@ -218,7 +218,7 @@ def _kind(picture: NDArray[Any]) -> str:
 
 
 def _not_a_run(path: Path, meta: dict[str, Any]) -> InputError:
-    """What to tell of a folder without depth.txt."""
+    """What to say of a folder without depth.txt."""
     if "frames" in meta:
         problem = f"unfinished: {layout.count_frames(path)} of {meta['frames']} frames"
         return InputError(path, "", problem, "the same generate command finishes it")

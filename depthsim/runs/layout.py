@@ -3,7 +3,7 @@
     camera.yaml  run.yaml  groundtruth.txt  depth.txt [clean.txt rgb.txt ir_left.txt ir_right.txt preview.png]
     depth/ [clean/ material/ normal/ rgb/ mask/ ir_left/ ir_right/]
 
-depth/, clean/   16-bit grey, units of the camera's depth_scale; 0 is no return or nothing hit, 65535 too far
+depth/, clean/   16-bit grey, units of the camera's depth_scale; 0 is a hole or nothing hit, 65535 too far
 material/        8-bit grey, the place of the material in ``tags`` of run.yaml; 255 is nothing hit
 normal/          8-bit RGB, round((n + 1) * 127) of the unit normal in the world; 127 127 127 is nothing hit.
                  The direction is within 0.4 degrees; 16 bits would be twice the size of the depth, and Pillow and

@@ -79,7 +79,7 @@ def preview(run: Run, path: Path, frames: int = 5) -> None:
 def _title(run: Run) -> str:
     parts = [str(run.meta.get("scene") or run.path.resolve().name), run.camera.name]
     parts += [f"{run.camera.width} x {run.camera.height} px", f"{len(run)} frames"]
-    return "   ".join([*parts, f"{run.stamps[-1] - run.stamps[0]:.1f} s", "black: no return, or nothing there"])
+    return "   ".join([*parts, f"{run.stamps[-1] - run.stamps[0]:.1f} s", "black: holes, or nothing there"])
 
 
 def _rows(run: Run, shown: NDArray[np.int_]) -> list[_Row]:

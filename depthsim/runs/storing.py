@@ -43,7 +43,7 @@ def make_folder(path: Path) -> None:
 
 
 def cannot_write(path: Path, error: OSError) -> InputError:
-    """What to tell of a write that failed."""
+    """What to say of a write that failed."""
     problem = f"cannot be written ({(error.strerror or str(error)).lower()})"
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return InputError(path, "", problem, "free some space and give the same command again: whole frames are kept")

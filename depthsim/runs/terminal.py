@@ -37,7 +37,7 @@ def depth_span(depth: NDArray[np.floating]) -> tuple[float, float]:
 def terminal_picture(depth: NDArray[np.float32], columns: int = 80) -> "Text":
     """A (height, width) depth frame [m] as half-block characters in turbo colours, and its scale (logarithmic) below.
 
-    ``columns`` characters wide; 0 is no return and dark. A terminal's cell is taken as twice as high as wide.
+    ``columns`` characters wide; 0 is a hole and dark. A terminal's cell is taken as twice as high as wide.
     """
     from rich.text import Text
 

@@ -33,7 +33,7 @@ class RunWriter:
     streams: what is written for every frame, of ``layout.STREAMS``; depth always is.
     overwrite: first remove what another run left in the folder, and nothing else.
 
-    Raises :class:`InputError` where the folder holds something else or another run (told by the key that differs),
+    Raises :class:`InputError` where the folder holds something else or another run (named by the key that differs),
     where another process is writing into it, and where it cannot be written. Use it as a context manager, or call
     :meth:`finish` or :meth:`close`, so that the lock is removed.
     """
@@ -76,7 +76,7 @@ class RunWriter:
 
     def _begin(self, record: dict[str, Any], overwrite: bool) -> None:
         """Write what does not depend on the frames, and find the frames that are to be made."""
-        texts = {  # run.yaml first: it tells that the folder is a run
+        texts = {  # run.yaml first: it says that the folder is a run
             layout.RECORD: _record_text(record),
             layout.CAMERA: self.camera.to_yaml(),
             layout.GROUND_TRUTH: tum_text(self.truth),

@@ -100,8 +100,8 @@ def _refuse(path: Path, header: dict[str, Any]) -> None:
         if name in required or (name == "EXT_mesh_gpu_instancing" and name in header.get("extensionsUsed", [])):
             raise InputError(path, "", f"uses {name}, which is not read", "export it without (gltf-transform can)")
     if _DRACO in required and find_spec("DracoPy") is None:
-        mend = "install DracoPy, or export without compression"
-        raise InputError(path, "", f"is Draco-compressed ({_DRACO})", mend)
+        fix = "install DracoPy, or export without compression"
+        raise InputError(path, "", f"is Draco-compressed ({_DRACO})", fix)
 
 
 def _buffer(path: Path, index: int, entry: dict[str, Any], chunk: bytes) -> bytes:

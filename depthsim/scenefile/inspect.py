@@ -85,7 +85,7 @@ def inspect_scene(
 ) -> SceneReport:
     """What a scene holds: names, tags, areas, size, holes, flipped faces, trajectories.
 
-    The arguments are those of :func:`depthsim.scenefile.load_scene`; unlike it, this tells names without a tag rather
+    The arguments are those of :func:`depthsim.scenefile.load_scene`; unlike it, this reports names without a tag rather
     than to fail on them. Raises :class:`depthsim.errors.InputError` for what cannot be read.
     """
     tags, materials = tags or {}, materials or load_materials()

@@ -71,8 +71,8 @@ def read_mesh(path: Path) -> Mesh:
     except InputError:
         raise
     except Exception as error:  # whatever a parser throws on garbage
-        told = str(error).strip().split("\n")[0][:100] or "no reason given"
-        problem = f"is not a readable {path.suffix[1:].upper()} file ({type(error).__name__}: {told})"
+        reason = str(error).strip().split("\n")[0][:100] or "no reason given"
+        problem = f"is not a readable {path.suffix[1:].upper()} file ({type(error).__name__}: {reason})"
         raise InputError(path, "", problem, "export it again, or as another of " + ", ".join(SUFFIXES)) from None
     return clean(raw, path)
 
@@ -95,7 +95,7 @@ def clean(raw: RawMesh, path: Path, place: str = "") -> Mesh:
         bad = int(infinite[0])
         others = f", as are {len(infinite) - 1} others" if len(infinite) > 1 else ""
         problem = f"is not finite ({' '.join(str(x) for x in vertices[bad])}){others}"
-        raise InputError(path, f"{place} vertex {bad + 1}".strip(), problem, "mend or remove it and the faces on it")
+        raise InputError(path, f"{place} vertex {bad + 1}".strip(), problem, "correct or remove it and the faces on it")
     kept = _has_area(vertices, faces)
     if not kept.any():
         raise InputError(path, place, f"not one of its {len(faces)} faces has an area", "export the mesh again")

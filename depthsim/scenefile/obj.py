@@ -51,13 +51,15 @@ def read_obj(path: Path, data: bytes) -> RawMesh:
             elif words[0] == "usemtl":
                 name = names.setdefault(line.strip()[len("usemtl") :].strip(), len(names))
     except ValueError:
-        raise InputError(path, f"line {number}", f"cannot be read: {line.strip()[:60]!r}", "mend that line") from None
+        raise InputError(
+            path, f"line {number}", f"cannot be read: {line.strip()[:60]!r}", "correct that line"
+        ) from None
     vertices = np.array(positions).reshape(-1, 3)
     flat, count = np.array(corners, dtype=np.int64) - 1, np.array(counts, dtype=np.int64)
     if len(wrong := np.flatnonzero((flat < 0) | (flat >= len(vertices)))):
         face = int(np.searchsorted(np.cumsum(count), wrong[0], side="right"))
         problem = f"uses vertex {flat[wrong[0]] + 1}, and there are {len(vertices)}"
-        raise InputError(path, f"line {face_lines[face]}", problem, "mend the face, or export the mesh again")
+        raise InputError(path, f"line {face_lines[face]}", problem, "correct the face, or export the mesh again")
     faces, polygon = triangulate(vertices, count, flat)
     return RawMesh(vertices, faces, tuple(names), np.array(face_names, dtype=np.int64)[polygon])
 

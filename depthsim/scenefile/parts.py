@@ -86,8 +86,8 @@ def read_parts(scene: str | Path, units: str | None = None, up: str | None = Non
         parts = Parts(path.stem if path.stem != "scene" else path.resolve().parent.name, path, (part,), {}, {})
     width = float(np.ptp(parts.vertices, axis=0).max())
     if not SMALLEST <= width <= LARGEST:
-        mend = "give the units of its meshes by `units` or `units:` (" + ", ".join(METRES) + "), or a `scale:`"
-        raise InputError(path, "", f"the scene is {width:.3g} m wide", mend)
+        fix = "give the units of its meshes by `units` or `units:` (" + ", ".join(METRES) + "), or a `scale:`"
+        raise InputError(path, "", f"the scene is {width:.3g} m wide", fix)
     return parts
 
 
@@ -125,8 +125,8 @@ def _built(path: Path, place: str, entry: MeshEntry) -> Mesh:
     try:
         part = procedural.build(entry.build or "", **entry.parameters)
     except (ValueError, TypeError) as error:
-        problem, _, mend = str(error).partition("; ")
-        raise InputError(path, place, problem, mend or "correct `build` or `parameters`") from None
+        problem, _, fix = str(error).partition("; ")
+        raise InputError(path, place, problem, fix or "correct `build` or `parameters`") from None
     raw = RawMesh(
         np.asarray(part.vertices, dtype=np.float64),
         np.asarray(part.faces, dtype=np.int64),

@@ -49,8 +49,8 @@ def read_ply(path: Path, data: bytes) -> RawMesh:
     for element in elements:
         tables[element.name], offset = _read(path, element, body, order, offset)
     if body[offset:].strip(b"\r\n\t \0"):
-        mend = "mend its header, or write the file again"
-        raise InputError(path, "", "holds more than its header tells", mend)
+        fix = "correct its header, or write the file again"
+        raise InputError(path, "", "holds more than its header says", fix)
     vertices = _positions(path, tables.get("vertex", {}))
     faces, polygon = _faces(path, tables, vertices)
     table = tables.get("face", {})
@@ -121,7 +121,7 @@ def _header(path: Path, data: bytes) -> tuple[str, list[_Element], dict[int, str
                     elements[-1].types[key] = (_TYPES[kind], "")
         except (KeyError, IndexError, ValueError):
             problem = f"cannot be read: {' '.join(words)[:60]!r}"
-            raise InputError(path, f"line {number}", problem, "mend that line of the header") from None
+            raise InputError(path, f"line {number}", problem, "correct that line of the header") from None
     if order == "?":
         raise InputError(path, "", "has no `format` line", "write the file again")
     return order, elements, names, data[data.find(newline, end) + len(newline) :]

@@ -14,7 +14,7 @@ def read_solid(path: Path, data: bytes) -> RawMesh:
     import trimesh
 
     if path.suffix.lower() == ".stl" and _is_cut_off(data):
-        raise InputError(path, "", "is not as long as it tells, as if cut off", "export or copy the file again")
+        raise InputError(path, "", "is shorter than its header says, as if cut off", "export or copy the file again")
     scene = trimesh.load_scene(BytesIO(data), file_type=path.suffix[1:].lower(), process=False)
     parts = [part for part in scene.geometry.values() if isinstance(part, trimesh.Trimesh)]
     offsets = np.cumsum([0, *(len(part.vertices) for part in parts)])

@@ -72,6 +72,6 @@ class SceneFile(BaseModel):
 
 
 def read_scene_file(path: Path) -> tuple[SceneFile, list[MeshEntry]]:
-    """A scene file and its meshes; :class:`depthsim.errors.InputError` tells what does not fit."""
+    """A scene file and its meshes; :class:`depthsim.errors.InputError` says what does not fit."""
     spec = read_model(SceneFile, path, "a scene file")
     return spec, [validate(MeshEntry, entry, path, f"meshes.{i}") for i, entry in enumerate(spec.meshes)]

@@ -44,8 +44,8 @@ def unknown_names(scene: Parts, counts: Mapping[str, int], materials: Materials)
     listed = [f"{shown(name)} ({count} face{'s' if count > 1 else ''})" for name, count in most_first]
     more = f" and {len(listed) - 10} more" if len(listed) > 10 else ""
     problem = f"material names without a tag: {', '.join(listed[:10])}{more}"
-    mend = f"give each one by `tags` NAME=TAG or by `tags:` in a scene file (`*` for all others); {_known(materials)}"
-    return InputError(scene.source, "", problem, mend)
+    fix = f"give each one by `tags` NAME=TAG or by `tags:` in a scene file (`*` for all others); {_known(materials)}"
+    return InputError(scene.source, "", problem, fix)
 
 
 def _known(materials: Materials) -> str:

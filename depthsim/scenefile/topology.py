@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Topology:
-    """Counts over one mesh, after vertices at equal positions are taken for one.
+    """Counts over one mesh, after vertices at equal positions are merged into one.
 
     A body is a set of faces that hang together by edges of exactly two faces.
     """

@@ -42,8 +42,10 @@ class Stage(IntEnum):
     """random errors of disparity or depth"""
     MIXING = 4
     """depths that come from a neighbour's surface"""
+    HOLES = 5
+    """pixels that become holes"""
     MISSING = 5
-    """depths that are not returned"""
+    """the former name of HOLES, for effects that were written by it"""
     PROCESSING = 6
     """what the camera does to the finished picture"""
 
@@ -66,7 +68,7 @@ class Effect(BaseModel):
     kinds: ClassVar[tuple[Kind, ...]]
     """of gap that it makes, its own first and then those that it may look like"""
     recording: ClassVar[str]
-    """what to record to tell it from others"""
+    """what to record to distinguish it from others"""
     rank: ClassVar[int] = 0
     """the order within a stage; effects of one rank act in the order of their ids"""
     needs_right: ClassVar[bool] = False

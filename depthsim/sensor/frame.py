@@ -20,7 +20,7 @@ from depthsim.sensor.noise_field import Correlation, noise_field
 
 @kernel
 def _invert(start, stop, focal_baseline, given, wanted):
-    """Depth to disparity, or back: f·b / x; what is not positive becomes 0, no return."""
+    """Depth to disparity, or back: f·b / x; what is not positive becomes 0, a hole."""
     # Slices, because an index that is plainly not negative is what lets the compiler use the vector unit.
     x, y = given[start:stop], wanted[start:stop]
     for i in range(x.size):
@@ -30,7 +30,7 @@ def _invert(start, stop, focal_baseline, given, wanted):
 
 @kernel
 def _add_noise(start, stop, variance, noise, disparity):
-    """What is not returned stays so, and where the noise puts the surface beyond infinity there is no return."""
+    """Holes stay holes, and where the noise puts the surface beyond infinity there is a hole."""
     d, var, unit = disparity[start:stop], variance[start:stop], noise[start:stop]
     for i in range(d.size):
         noisy = max(d[i] + np.sqrt(var[i]) * unit[i], np.float32(0))
@@ -73,7 +73,7 @@ class Frame:
 
     @property
     def depth(self) -> NDArray[np.float32]:
-        """(height, width) float32: the depth as measured so far [m], 0 is no return. Effects change it in place.
+        """(height, width) float32: the depth as measured so far [m], 0 is a hole. Effects change it in place.
 
         Depth and disparity are two ways to see one measurement, of which the one that was asked for last counts: ask
         again after the other was used.
@@ -86,7 +86,7 @@ class Frame:
 
     @property
     def disparity(self) -> NDArray[np.float32]:
-        """(height, width) float32: the same as disparity f·b / depth [px], 0 is no return, to be changed in place."""
+        """(height, width) float32: the same as disparity f·b / depth [px], 0 is a hole, to be changed in place."""
         self._draw_noise()
         return self._as_disparity()
 

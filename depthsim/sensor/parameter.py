@@ -118,8 +118,8 @@ def parameter(
     drawn_as: str | None = None,
 ) -> Any:
     """Declare a parameter of an effect, a number; see :class:`Parameter`. Fits vary it, unless it is ``frozen``."""
-    told = {"neutral": neutral, "starts": starts, "scale": scale, "frozen": frozen, "drawn_as": drawn_as}
-    extra: dict[str, Any] = {"unit": unit, "source": source, **told}
+    declared = {"neutral": neutral, "starts": starts, "scale": scale, "frozen": frozen, "drawn_as": drawn_as}
+    extra: dict[str, Any] = {"unit": unit, "source": source, **declared}
     return Field(default, ge=low, le=high, allow_inf_nan=False, description=about, json_schema_extra=extra)
 
 

@@ -28,11 +28,11 @@ SATURATED = 65535
 
 @kernel
 def _round_to_units(start, stop, units_per_metre, depth, units):
-    """Depth [m] as the camera stores it: whole units, 0 for no return, 65535 where it would not fit."""
+    """Depth [m] as the camera stores it: whole units, 0 for a hole, 65535 where it would not fit."""
     z, out = depth[start:stop], units[start:stop]
     for i in range(z.size):
         value = z[i] * units_per_metre + np.float32(0.5)
-        # Written so that what is not a number becomes no return.
+        # Written so that what is not a number becomes a hole.
         value = value if value > np.float32(0) else np.float32(0)
         value = value if value < np.float32(SATURATED) else np.float32(SATURATED)
         out[i] = np.uint16(np.int32(value))
@@ -41,7 +41,7 @@ def _round_to_units(start, stop, units_per_metre, depth, units):
 def to_depth_raw(
     depth: NDArray[np.float32], camera: Camera, threads: int = 1, out: NDArray[np.uint16] | None = None
 ) -> NDArray[np.uint16]:
-    """Depth [m] as the camera's 16-bit picture, halves rounded up; 0 is no return, 65535 too far for the unit."""
+    """Depth [m] as the camera's 16-bit picture, halves rounded up; 0 is a hole, 65535 too far for the unit."""
     out = np.empty(depth.shape, np.uint16) if out is None else out
     per_metre = np.float32(1 / camera.depth_scale)
     split(_round_to_units, depth.size, threads, per_metre, depth.reshape(-1), out.reshape(-1))

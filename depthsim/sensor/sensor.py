@@ -29,7 +29,7 @@ from depthsim.stereo.stereo import Stereo
 class Measurement:
     """What the sensor gives for one pose.
 
-    depth_raw: (height, width) uint16, depth in units of camera.depth_scale; 0 is no return, 65535 too far.
+    depth_raw: (height, width) uint16, depth in units of camera.depth_scale; 0 is a hole, 65535 too far.
     depth: (height, width) float32, the same before it was rounded [m].
     given: ``clean``, or what casts it.
     left, right: (height, width) uint8, the infrared images that active stereo has matched; None for other sensors.
@@ -102,8 +102,8 @@ class Sensor:
         places += [("sensor profile", effect.id, tag) for effect in self.effects for tag in effect.material_tags]
         for file, place, tag in places:
             if tag not in self.materials:
-                mend = f"the tags are {', '.join(self.materials.tags)}"
-                raise InputError(file, place, f"there is no material {tag!r}", mend)
+                fix = f"the tags are {', '.join(self.materials.tags)}"
+                raise InputError(file, place, f"there is no material {tag!r}", fix)
 
     def measure(
         self,

@@ -155,7 +155,7 @@ class ActiveStereo(_Part):
 
 
 def split_camera(value: Any, path: Path) -> tuple[Any, ActiveStereo | None]:
-    """A profile's `camera`, parted into what tells the camera and what active stereo is made of, if it is that.
+    """A profile's `camera`, parted into what describes the camera and what active stereo is made of, if it is that.
 
     `{sensor: active_stereo}` may hold the keys of camera.yaml, or `preset: d435`, or neither.
     """
@@ -168,6 +168,6 @@ def split_camera(value: Any, path: Path) -> tuple[Any, ActiveStereo | None]:
     stereo = validate(ActiveStereo, parts, path, "camera")
     preset = rest.pop("preset", None)
     if preset is not None and rest:
-        mend = "write either preset or the keys of camera.yaml"
-        raise InputError(path, f"camera.{next(iter(rest))}", "stands beside preset", mend)
+        fix = "write either preset or the keys of camera.yaml"
+        raise InputError(path, f"camera.{next(iter(rest))}", "stands beside preset", fix)
     return preset if preset is not None else rest or None, stereo

@@ -26,7 +26,7 @@ class Stereo:
     def measure(
         self, pose: NDArray[np.float64], seed: int, index: int, threads: int
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.uint8]]:
-        """(height, width) each: depth [m], 0 for no return, and the left and the right image it was matched from.
+        """(height, width) each: depth [m], 0 for a hole, and the left and the right image it was matched from.
 
         pose: (4, 4) camera to world. index: the number of the frame in its run.
         """

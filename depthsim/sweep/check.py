@@ -24,7 +24,7 @@ def check_draws(plan: Plan, file: Path) -> None:
             try:
                 _try(plan, path, value, materials)
             except InputError as error:
-                raise InputError(file, place, f"{value!r}: {error.problem}", error.mend) from None
+                raise InputError(file, place, f"{value!r}: {error.problem}", error.fix) from None
 
 
 def _try(plan: Plan, path: str, value: Any, materials: Materials) -> None:

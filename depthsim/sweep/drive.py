@@ -19,7 +19,7 @@ from depthsim.sweep.resolve import resolve_sweep
 from depthsim.sweep.target import PLAN, SWEEP, Target
 
 ATTEMPTS = 3
-"""How often a run may fail in turn, without a new frame in between, before it is told as failed."""
+"""How often a run may fail in turn, without a new frame in between, before it counts as failed."""
 _FLUSH = 2.0
 """[s] How long what is finished may wait for the journal."""
 
@@ -54,9 +54,9 @@ def run_sweep(
 
     start: begins the workers, once it is known that there is something to do. check: look through the runs that are
     whole, too, and make again what is damaged. Raises :class:`InputError` where the target holds another sweep, where
-    another driver writes into it, and where it cannot be written; a run that fails by itself is told in the manifest.
+    another driver writes into it, and where it cannot be written; a run that fails by itself is so in the manifest.
     """
-    load_extra("pyarrow.parquet", "sweep")  # told before anything is made
+    load_extra("pyarrow.parquet", "sweep")  # refused before anything is made
     with target.lock() as hold:
         plan = begin(file, target)
         manifest = Manifest(target, plan)
@@ -159,7 +159,7 @@ class _Driver:
         run, progress = event.run, self._progress
         if event.kind == "frame":
             done = event.row["done"]
-            if done > self._frames.setdefault(run, done):  # the first tells what was there before
+            if done > self._frames.setdefault(run, done):  # the first says what was there before
                 progress.frames_made += done - self._frames[run]
                 self._frames[run] = done
                 self._failures.pop(run, None)
@@ -167,7 +167,7 @@ class _Driver:
         job = self._jobs.pop(run)
         if event.kind == "done":
             counted = self._frames.pop(run, None)
-            if counted is None:  # from workers that do not tell of frames
+            if counted is None:  # from workers that do not report frames
                 progress.frames_made += event.row["made"]
             self._failures.pop(run, None)
             self._manifest.put({**event.row, "attempts": self._tries.pop(run, 0) + 1})

@@ -142,8 +142,8 @@ def _read_rows(target: Target, count: int) -> Iterator[tuple[int, dict[str, Any]
                 table = file.read(use_threads=False).to_pylist()
         except Exception as error:
             problem = f"is damaged ({str(error).splitlines()[0][:100]})"
-            mend = "remove it: the same command looks at every run again"
-            raise InputError(f"{target.url}/{name}", "", problem, mend) from None
+            fix = "remove it: the same command looks at every run again"
+            raise InputError(f"{target.url}/{name}", "", problem, fix) from None
         for row in table:
             merged.setdefault(row["run"], {}).update({key: value for key, value in row.items() if key in _KEPT})
     for line in target.read_journal().splitlines():

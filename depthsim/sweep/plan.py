@@ -1,7 +1,7 @@
-"""A sweep that is settled to the last value: all that a worker on any machine needs, as plain JSON.
+"""A sweep that is fixed to the last value: all that a worker on any machine needs, as plain JSON.
 
 The plan holds no list of runs. Run ``k`` is worked out from ``k``, so that a plan of a million runs is as small as one
-of ten, and workers are told numbers.
+of ten, and workers are given numbers.
 """
 
 import hashlib
@@ -144,7 +144,7 @@ class Plan(_Planned):
         except ValueError as error:
             problem = f"is no plan of a sweep ({str(error).splitlines()[0]})"
             raise InputError(
-                file, "", problem, "give another `target`; what this target holds cannot be gone on with"
+                file, "", problem, "give another `target`; what this target holds cannot be continued"
             ) from None
 
     @cached_property

@@ -25,7 +25,7 @@ _log = logging.getLogger(__name__)
 AHEAD = 2
 """Jobs that a worker holds: the one it makes, and the next, so that it never waits for the driver."""
 STALL = 900.0
-"""[s] A worker that has not finished one frame in this time is taken for stuck, and ended."""
+"""[s] A worker that has not finished one frame in this time counts as stuck, and is ended."""
 _STILLBORN = 3
 """Workers that may die in turn before they are ready."""
 
@@ -120,7 +120,7 @@ class Pool:
         worker.send({"run": job.run, "expect": job.expect})
 
     def wait(self, seconds: float) -> list[Event]:
-        """What the workers tell, after at most ``seconds``; nothing if nothing has happened."""
+        """What the workers report, after at most ``seconds``; nothing if nothing has happened."""
         events: list[Event] = []
         for key, _ in self._selector.select(seconds):
             worker: _Worker = key.data
@@ -163,7 +163,9 @@ class Pool:
         if not worker.ready:
             self._stillborn += 1
             if self._stillborn > _STILLBORN + len(self._workers):
-                raise InputError("worker", "", f"does not start ({words or _death(worker)})", "mend what it tells")
+                raise InputError(
+                    "worker", "", f"does not start ({words or _death(worker)})", "fix the reason given there"
+                )
         self._start()
         return [
             lost(job.run, _death(worker)) if place == 0 and worker.ready else Event("back", job.run)

@@ -65,8 +65,8 @@ def _connect(ray: Any, keys: dict[str, Any]) -> None:
             ray.shutdown()
             if not left:
                 problem = f"no cluster ({' '.join(str(error).split())[:200]})"
-                mend = "give the address of a cluster that runs, or leave `address` out"
-                raise InputError(f"`address` {keys['address']}", "", problem, mend) from None
+                fix = "give the address of a cluster that runs, or leave `address` out"
+                raise InputError(f"`address` {keys['address']}", "", problem, fix) from None
 
 
 class RayMakers:
@@ -137,8 +137,8 @@ class RayMakers:
                 events += [lost(job.run, how) if single else Event("back", job.run) for job in batch]
                 continue
             events += map(event_of, results)
-            told = {result["run"] for result in results}
-            events += [Event("back", job.run) for job in batch if job.run not in told]
+            reported = {result["run"] for result in results}
+            events += [Event("back", job.run) for job in batch if job.run not in reported]
             made = [result["seconds"] for result in results if result["kind"] == "done"]
             if made:
                 mean = sum(made) / len(made)

@@ -178,7 +178,7 @@ class FsspecTarget:
         return states
 
     def _push(self, folder: Path, run: str, sent: dict[str, tuple[int, int]], *, lists: bool) -> None:
-        """Send what is new; depth.txt, which tells that the run is whole, at the very end."""
+        """Send what is new; depth.txt, which says that the run is whole, at the very end."""
         for path in sorted(_files(folder), key=lambda path: path.name == _DEPTH_LIST):
             name = f"{run}/{path.relative_to(folder).as_posix()}"
             if (lists or path.name != _DEPTH_LIST) and sent.get(name) != (state := _state(path)):

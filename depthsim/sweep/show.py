@@ -1,4 +1,4 @@
-"""How far a sweep is: what `depthsim inspect` tells of one."""
+"""How far a sweep is: what `depthsim inspect` says of one."""
 
 import random
 import tempfile

@@ -28,7 +28,7 @@ Choice = Annotated[Distribution, BeforeValidator(_as_choice)]
 
 
 class SceneEntry(BaseModel):
-    """A scene by name or file, as ``depthsim generate`` takes it, and what is told of it alone."""
+    """A scene by name or file, as ``depthsim generate`` takes it, and what is given for it alone."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -112,5 +112,5 @@ class SweepFile(BaseModel):
 
 
 def read_sweep(path: Path) -> SweepFile:
-    """Read a SWEEP.yaml; :class:`~depthsim.errors.InputError` tells what does not fit."""
+    """Read a SWEEP.yaml; :class:`~depthsim.errors.InputError` says what does not fit."""
     return read_model(SweepFile, path, "a sweep")

@@ -162,7 +162,7 @@ def digest_of(folder: Path, streams: tuple[str, ...]) -> tuple[str, int]:
 
 
 def remove_damaged(folder: Path, streams: tuple[str, ...], expect: str) -> bool:
-    """Take away the pictures of a run that fail their checksums, if the run is not as ``expect`` tells.
+    """Take away the pictures of a run that fail their checksums, if the run is not as ``expect`` says.
 
     False where no picture is damaged and the run yet differs: then nothing of it can be trusted.
     """

@@ -24,7 +24,7 @@ def outcome(maker: Any, job: dict[str, Any], progress: Any = lambda done, total:
     try:
         return {"kind": "done", **maker.make(job["run"], expect=job.get("expect"), progress=progress)}
     except InputError as error:
-        parts, wait = (error.file, error.place, error.problem, error.mend), False
+        parts, wait = (error.file, error.place, error.problem, error.fix), False
         fatal = is_fatal(error)
     except Exception as error:
         parts, wait = (f"run {job['run']}", "", one_line(error), "see whether the target can be written"), True

@@ -1,4 +1,4 @@
-"""Moving along a curve at a told speed: arc length and its inverse, and the smooth start and stop."""
+"""Moving along a curve at a given speed: arc length and its inverse, and the smooth start and stop."""
 
 from collections.abc import Callable
 

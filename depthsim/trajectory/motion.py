@@ -39,7 +39,7 @@ class Motion(BaseModel, ABC):
 
     @abstractmethod
     def sample(self, stamps: Floats, name: str = "trajectory") -> Trajectory:
-        """The exact poses at ``stamps`` [s]. Raises ValueError, as "problem; mend", where there is no such pose."""
+        """The exact poses at ``stamps`` [s]. Raises ValueError, as "problem; fix", where there is no such pose."""
 
 
 class Moving(Motion):
@@ -48,7 +48,7 @@ class Moving(Motion):
     speed: FiniteFloat = Field(gt=0, description="along the path [m/s]")
     ease: bool = Field(False, description="start and stop smoothly, over one second each")
     look_at: Points | None = Field(None, description="the point that the camera looks at [m]")
-    heading: Literal["tangent"] | None = Field(None, description="where it looks without look_at; tangent if not told")
+    heading: Literal["tangent"] | None = Field(None, description="where it looks without look_at; tangent if left out")
     pitch: FiniteFloat = Field(0, ge=-90, le=90, description="the view against the heading [deg], negative looks down")
 
     @model_validator(mode="after")

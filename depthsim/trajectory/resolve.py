@@ -55,8 +55,8 @@ def make_trajectory(
         count = wanted_frames(frames, frame_count(spec.total_time, rate, name), name)
         return spec.sample(np.arange(count) / rate, name)
     except ValueError as error:
-        problem, _, mend = str(error).partition("; ")
-        raise InputError(file, place, problem, mend) from None
+        problem, _, fix = str(error).partition("; ")
+        raise InputError(file, place, problem, fix) from None
 
 
 def _find(choice: str | Path | None, scene: Scene | None) -> tuple[Motion | Trajectory, Path, str]:

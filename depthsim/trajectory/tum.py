@@ -37,8 +37,8 @@ def read_tum(path: Path) -> Trajectory:
 def _row(line: str, path: Path, place: str) -> list[float]:
     words = line.split()
     if len(words) != 8:
-        mend = "separate the columns by spaces, not commas" if "," in line else f"write `{_COLUMNS}`"
-        raise InputError(path, place, f"has {len(words)} columns, not 8", mend)
+        fix = "separate the columns by spaces, not commas" if "," in line else f"write `{_COLUMNS}`"
+        raise InputError(path, place, f"has {len(words)} columns, not 8", fix)
     row = []
     for name, word in zip(_COLUMNS.split(), words, strict=True):
         try:

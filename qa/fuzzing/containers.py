@@ -135,7 +135,7 @@ def mutate_npy(data: bytes, rng: Random) -> bytes:
 
 
 def npy_of(kind: str, shape: tuple[int, ...], body: bytes) -> bytes:
-    """An .npy as its header tells it, whatever the body holds."""
+    """An .npy as its header says, whatever the body holds."""
     header = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}\n".encode()
     return b"\x93NUMPY\x01\0" + struct.pack("<H", len(header)) + header + body
 

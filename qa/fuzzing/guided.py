@@ -52,12 +52,12 @@ def run_guided(reader: "Reader", seed: int, inputs: int, seconds: float | None, 
             with Path(home, "log").open("wb") as log:
                 status = subprocess.run(command, cwd=_HERE, stdout=log, stderr=log, check=False).returncode
             report = Path(home, "report.json")
-            told = json.loads(report.read_text()) if report.exists() else {"counts": {}, "bad": {}}
-            tally.counts.update(told["counts"])
-            for key, (number, text) in told["bad"].items():
+            reported = json.loads(report.read_text()) if report.exists() else {"counts": {}, "bad": {}}
+            tally.counts.update(reported["counts"])
+            for key, (number, text) in reported["bad"].items():
                 tally.bad.setdefault(key, (number, text))
-            tally.slowest = max(tally.slowest, tuple(told.get("slowest", (0.0, -1))))
-            tally.peak = max(tally.peak, told.get("peak", 0))
+            tally.slowest = max(tally.slowest, tuple(reported.get("slowest", (0.0, -1))))
+            tally.peak = max(tally.peak, reported.get("peak", 0))
             if status != 0:
                 last = Path(home, "log").read_text(errors="replace").strip().splitlines()[-12:]
                 tally.counts[TRACEBACK] += 1
@@ -65,7 +65,7 @@ def run_guided(reader: "Reader", seed: int, inputs: int, seconds: float | None, 
                 input_file = Path(home, "input")
                 if input_file.exists():
                     (keep / f"{reader.name} {seed + tally.inputs} ended").write_bytes(input_file.read_bytes())
-                if not told["counts"]:
+                if not reported["counts"]:
                     break  # it does not even begin
     tally.seconds = time.monotonic() - begin
     return tally
@@ -119,9 +119,9 @@ class Fuzzed:
             return
         (self._home / "input").write_bytes(data)
         with self._corpus.holding(data[0] % len(self._targets), data[1:]) as folder:
-            told = measured(lambda: self._reader.read(folder, self._corpus.out))
+            reported = measured(lambda: self._reader.read(folder, self._corpus.out))
         tally, number = self._tally, self._tally.inputs
-        is_new = tally.note(number, *told)
+        is_new = tally.note(number, *reported)
         if is_new:
             (self._keep / f"{self._reader.name} {number}").write_bytes(data)
         late = 0 < self._seconds < time.monotonic() - self._begin
@@ -132,8 +132,8 @@ class Fuzzed:
 
     def _report(self) -> None:
         tally = self._tally
-        told = {"counts": tally.counts, "bad": tally.bad, "slowest": tally.slowest, "peak": tally.peak}
-        (self._home / "report.new").write_text(json.dumps(told))
+        reported = {"counts": tally.counts, "bad": tally.bad, "slowest": tally.slowest, "peak": tally.peak}
+        (self._home / "report.new").write_text(json.dumps(reported))
         (self._home / "report.new").replace(self._home / "report.json")
 
 

@@ -52,7 +52,7 @@ class Corpus:
 
     def _break(self, file: Path, rng: Random) -> None:
         lot = rng.random()
-        if lot < 0.97 or self.reader.told:
+        if lot < 0.97 or self.reader.given:
             data = self._files[file]
             base = file.suffix == ".db3"
             file.write_bytes(mutate_db3(data, rng, self._scratch) if base else by_suffix(file.name)(data, rng))

@@ -234,7 +234,7 @@ STEREO = {
 def profile(folder: Path) -> None:
     """A profile with effects, one of active stereo, and one whose camera is a file."""
     (folder / "camera.yaml").write_text(seeds.CAMERA.to_yaml())
-    for name, keys in (("mine", PROFILE), ("stereo", STEREO), ("told", {**PROFILE, "camera": "camera.yaml"})):
+    for name, keys in (("mine", PROFILE), ("stereo", STEREO), ("given", {**PROFILE, "camera": "camera.yaml"})):
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(keys, sort_keys=False))
 
 
@@ -287,12 +287,12 @@ SHAPES = (
 def shapes(folder: Path) -> None:
     """A specification of every shape, and one that names a TUM file."""
     for spec in (*SHAPES, {"file": "poses.txt"}):
-        (folder / f"{spec.get('shape', 'told')}.yaml").write_text(yaml.safe_dump(spec, sort_keys=False))
+        (folder / f"{spec.get('shape', 'given')}.yaml").write_text(yaml.safe_dump(spec, sort_keys=False))
     seeds.poses(folder, "poses.txt")
 
 
 def words(*choices: str) -> Callable[[Path], None]:
-    """What is told in one line, a line a choice."""
+    """What is given in a line, a line a choice."""
 
     def write(folder: Path) -> None:
         for number, choice in enumerate(choices):

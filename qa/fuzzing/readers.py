@@ -15,15 +15,15 @@ class Reader:
     """One reader.
 
     seed: writes a valid input into an empty folder. read: reads such a folder, and gives back anything; ``out`` is a
-    path where nothing is. only: the endings of the files that are mutated, all if there are none. told: the files hold
-    what is told on the command line, and so are always there.
+    path where nothing is. only: the endings of the files that are mutated, all if there are none. given: the files hold
+    what is given on the command line, and so are always there.
     """
 
     name: str
     seed: Callable[[Path], None]
     read: Callable[[Path, Path], Any]
     only: tuple[str, ...] = ()
-    told: bool = False
+    given: bool = False
 
 
 @cache
@@ -76,7 +76,7 @@ def _tags(folder: Path, out: Path) -> Any:
 def _profile(folder: Path, out: Path) -> Any:
     from depthsim.sensor import load_profile
 
-    return [load_profile(folder / f"{name}.yaml").to_yaml() for name in ("mine", "stereo", "told")]
+    return [load_profile(folder / f"{name}.yaml").to_yaml() for name in ("mine", "stereo", "given")]
 
 
 def _materials(folder: Path, out: Path) -> Any:
@@ -291,7 +291,7 @@ READERS: dict[str, Reader] = {
         Reader("scene OFF", seeds.off, _scene),
         Reader("scene YAML", seeds.scene, _scene_file, (".yaml", ".txt")),
         Reader("scene builder", _builder_seed, _builders),
-        Reader("tag map", _tag_seed, _tags, (".txt",), told=True),
+        Reader("tag map", _tag_seed, _tags, (".txt",), given=True),
         Reader("sensor profile", more.profile, _profile),
         Reader("materials", more.materials, _materials),
         Reader("camera", _camera_seed, _camera),
@@ -299,8 +299,8 @@ READERS: dict[str, Reader] = {
         Reader("trajectory TUM", seeds.poses, _tum),
         Reader("trajectory YAML", more.shapes, _trajectory_files),
         Reader("trajectory in a line", more.words("circle:radius=2,speed=1,center=0/0/1,look_at=0/0/0",
-               "waypoints:points=0/0/1;1/0/1;1/1/1,speed=1,ease=true"), _trajectory_words, told=True),
-        Reader("camera, profile, vehicle by name", more.words("d435", "paper", "f450"), _camera_words, told=True),
+               "waypoints:points=0/0/1;1/0/1;1/1/1,speed=1,ease=true"), _trajectory_words, given=True),
+        Reader("camera, profile, vehicle by name", more.words("d435", "paper", "f450"), _camera_words, given=True),
         Reader("run", seeds.run, _run),
         Reader("PNG", _png_seed, _png),
         Reader("import TUM", seeds.tum_sequence, _imported),
@@ -318,9 +318,9 @@ READERS: dict[str, Reader] = {
         Reader("wind", more.wind, _wind),
         Reader("wind in a line", more.words("3/0/0", "gusts:velocity=6/0/0,altitude=10",
         "shear:velocity=8/0/0,height=10"),
-               _wind_words, told=True),
+               _wind_words, given=True),
         Reader("flight path in a line", more.words("circle:radius=5,laps=2", "lemniscate:size=20/10,center=0/0/2",
-               "minimum_snap:points=0/0/2;3/1/2;5/0/3", "hover:time=5", "shuttle:length=20"), _path_words, told=True),
+               "minimum_snap:points=0/0/2;3/1/2;5/0/3", "hover:time=5", "shuttle:length=20"), _path_words, given=True),
         Reader("flight YAML", more.flight_spec, _flight_spec),
         Reader("report", more.report, _report),
         Reader("sweep", more.sweep, _sweep, (".yaml",)),

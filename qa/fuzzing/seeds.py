@@ -125,7 +125,7 @@ SCENE: dict[str, object] = {
     "trajectories": {
         "tour": {"shape": "waypoints", "speed": 0.8, "points": [[0, 0, 1.2], [2, -1, 1.4], [4, 0, 1.2]],
         "look_at": [2, 0.5, 0.8]},
-        "told": {"file": "poses.txt"},
+        "given": {"file": "poses.txt"},
     },
 }  # fmt: skip
 

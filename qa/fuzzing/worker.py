@@ -94,7 +94,7 @@ def outcome(read: Callable[[], Any], seconds: float = SECONDS) -> tuple[str, str
         if "\n" in line or len(line) > 5000:
             return TRACEBACK, "a refusal that is no line", line[:2000]
         if "MemoryError" in line or "Unable to allocate" in line:
-            return FULL, "memory, told as a refusal", line[:300]
+            return FULL, "memory, reported as a refusal", line[:300]
         return REFUSED, "", ""
     except Hang:
         return HANG, _place(), traceback.format_exc()
@@ -172,7 +172,7 @@ def _batch(reader: Reader, seed: int, numbers: range, tally: Tally, until: float
 
 
 def _work(reader: Reader, seed: int, numbers: range, pipe: Connection, home: str, until: float | None) -> None:
-    """In the process: one input after the other, each told."""
+    """In the process: one input after the other, each reported."""
     warnings.simplefilter("ignore")
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
@@ -185,8 +185,8 @@ def _work(reader: Reader, seed: int, numbers: range, pipe: Connection, home: str
             pipe.send((number, "end", "", "", 0.0, 0))
             return
         with corpus.broken(random_of(reader, seed, number)) as folder:
-            told = measured(lambda folder=folder: reader.read(folder, corpus.out))  # type: ignore[misc]
-        pipe.send((number, *told))
+            reported = measured(lambda folder=folder: reader.read(folder, corpus.out))  # type: ignore[misc]
+        pipe.send((number, *reported))
         if number % 100 == 0:
             gc.collect()
     pipe.send((number + 1, "end", "", "", 0.0, 0))

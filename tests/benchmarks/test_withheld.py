@@ -77,7 +77,7 @@ def test_an_effect_is_one_thing(kind: type[Formula]):
     film, formula = _shows(kind)
     formula.amount = float(np.exp(np.log(kind.span).mean()))
     before, after = film.make(2, ()), film.make(2, [formula])
-    if kind.statistic == "lost" and kind.__name__ not in ("Glare",):
+    if kind.statistic == "holes" and kind.__name__ not in ("Glare",):
         kept = after.z > 0
         assert np.array_equal(after.z[kept], before.z[kept])
     elif kind.statistic in ("spread", "ratio_m"):
@@ -188,12 +188,12 @@ def test_plans_begin_with_a_bit_of_everything():
 
 def _result(truth: str, *causes: str, tier: str = "a", strength: str = "medium", **more: object) -> dict:
     effects = [{"effect": e, "strength": strength, "known_parameters": {"scale": 1.02}} for e in truth.split()]
-    told = [{"effect": c, "ci95": {"scale": [1.01, 1.03]}, "indistinguishable_from": ["max_range"]} for c in causes]
+    reported = [{"effect": c, "ci95": {"scale": [1.01, 1.03]}, "indistinguishable_from": ["max_range"]} for c in causes]
     gap = {"before": 1.0, "after": 0.1, "floor": 0.0, "closed_fraction": 0.9, "ci95": [0.85, 0.95]}
     diagnosis = {
         "verdict": "explained" if causes else "no_gap",
         "gap": gap,
-        "causes": told,
+        "causes": reported,
         "where": [{"axis": "range x time"}, {"axis": "height"}],
         "unexplained": None,
     }
@@ -223,8 +223,8 @@ def test_scores():
         1,
     ]
     assert [c.good for c in score.tier_d([_result("", "material_noise", tier="d"), _result("", "max_range")])] == [1]
-    told = _result("time_offset", tier="b", verdict="unexplained")
-    assert [c.good for c in score.tier_b([told])] == [1, 1, 1]
+    reported = _result("time_offset", tier="b", verdict="unexplained")
+    assert [c.good for c in score.tier_b([reported])] == [1, 1, 1]
     named = _result("time_offset", "motion_noise", tier="b", verdict="partly_explained")
     assert score.tier_b([named])[0].good == 0
     apart = [{**good, "apart": {"bits": bits, "null": 0.001}} for bits in (0.0015, 0.02)]

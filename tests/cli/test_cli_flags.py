@@ -15,8 +15,11 @@ from depthsim.scenefile import load_scene
 
 ROOT = Path(__file__).parents[2] / "depthsim"
 COMMANDS = get_command(app).commands  # type: ignore[attr-defined]
-ELSEWHERE = {"extras.py", "gap/report/words.py", "gap/depth/report/compare.py", "gap/flight/report/write.py"}
-"""extras.py calls the script ./run, whose flag that is; the others write command lines to be given next."""
+ELSEWHERE = {
+    "extras.py",  # calls the script ./run, whose flag that is
+    "gap/report/words.py", "gap/depth/report/compare.py", "gap/flight/report/write.py",  # command lines to give
+    "gap/report/page.py",  # CSS
+}  # fmt: skip
 LIBRARY = [file for file in sorted(ROOT.rglob("*.py")) if file.relative_to(ROOT).parts[0] != "cli"]
 FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 
@@ -48,10 +51,10 @@ def test_the_library_names_the_argument_and_the_command_its_flag(tmp_path: Path)
     with pytest.raises(InputError, match="by `tags` NAME=TAG or by `tags:`"):
         load_scene(mesh, materials=MATERIALS)
     words = ["generate", str(mesh), "--trajectory", "hover:position=0/0/1,duration=1", "--out", str(tmp_path / "run")]
-    told = CliRunner().invoke(app, [*words, "--units", "yard"]).exception
-    assert isinstance(told, InputError) and "--units yard: no such unit" in str(told)
-    told = CliRunner().invoke(app, words).exception
-    assert isinstance(told, InputError) and "by --tag NAME=TAG or by `tags:`" in str(told)
+    reported = CliRunner().invoke(app, [*words, "--units", "yard"]).exception
+    assert isinstance(reported, InputError) and "--units yard: no such unit" in str(reported)
+    reported = CliRunner().invoke(app, words).exception
+    assert isinstance(reported, InputError) and "by --tag NAME=TAG or by `tags:`" in str(reported)
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def command(*words: str | Path) -> str:
     return f"sys.argv[:] = {argv!r}\nfrom depthsim.__main__ import main\nmain()"
 
 
-@pytest.mark.parametrize("error", ["", "RuntimeError('of Ctrl-C')", "InputError('file', '', 'is damaged', 'mend it')"])
+@pytest.mark.parametrize("error", ["", "RuntimeError('of Ctrl-C')", "InputError('file', '', 'is damaged', 'fix it')"])
 @pytest.mark.parametrize("module", ["typer", "numpy"])
 def test_as_the_command_starts(module: str, error: str, tmp_path: Path) -> None:
     """Python wraps an interrupt in the making of a class, and a reader of a file may take it for damage."""
@@ -78,5 +78,5 @@ def test_as_open3d_loads(delay: float) -> None:
         assert process.stdout.readline() == "loads\n"
         time.sleep(delay)
         process.send_signal(signal.SIGINT)
-        told = process.communicate(timeout=60)
-    assert (process.returncode, *told) == (130, "", "")
+        reported = process.communicate(timeout=60)
+    assert (process.returncode, *reported) == (130, "", "")

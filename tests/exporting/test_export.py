@@ -34,10 +34,10 @@ def cv2_depth(file: Path) -> np.ndarray:
     return cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
 
 
-def test_a_distortion_that_open3d_has_not_is_told_of(tmp_path):
+def test_a_distortion_that_open3d_has_not_is_reported(tmp_path):
     bent = CAMERA.model_copy(update={"model": "brown_conrady", "distortion": (0.1, 0, 0, 0, 0)})
-    told = export(write_run(tmp_path / "bent", bent), "open3d", tmp_path / "out")
-    assert "the distortion is in camera.yaml alone" in told
+    reported = export(write_run(tmp_path / "bent", bent), "open3d", tmp_path / "out")
+    assert "the distortion is in camera.yaml alone" in reported
     assert "distortion" not in export(write_run(tmp_path / "plain"), "open3d", tmp_path / "straight")
 
 
@@ -261,8 +261,8 @@ def test_faults_are_one_line_and_leave_nothing(run, tmp_path, monkeypatch):
     (tmp_path / "full" / "mine.txt").write_text("mine")
     assert "holds files" in fault(str(run.path), "--to", "ply", "--out", str(tmp_path / "full"))
     monkeypatch.setattr(extras.importlib, "import_module", _missing)
-    told = fault(str(run.path), "--to", "ros2", "--out", str(tmp_path / "o"))
-    assert "pip install '.[ros]'" in told
+    reported = fault(str(run.path), "--to", "ros2", "--out", str(tmp_path / "o"))
+    assert "pip install '.[ros]'" in reported
     monkeypatch.undo()
     broken = write_run(tmp_path / "broken")
     broken.files[3].write_bytes(b"no PNG")

@@ -121,9 +121,9 @@ def test_presets_are_consistent_and_say_their_sources() -> None:
     for name in vehicle_names():
         craft = load_vehicle(name)
         rotors = craft.rotors
-        told = ", ".join(craft.sources)
+        reported = ", ".join(craft.sources)
         for key in ("mass", "inertia", "arm", "radius", "motor_time_constant", "max_thrust", "torque_ratio", "drag"):
-            assert key in told, (name, key)
+            assert key in reported, (name, key)
         np.testing.assert_allclose(craft.allocation @ craft.mixer, np.eye(4), atol=1e-12)
         if rotors.thrust_coefficient:
             speed = math.sqrt(craft.weight / 4 / rotors.thrust_coefficient)

@@ -141,11 +141,11 @@ def test_the_exponent_of_thrust_tells_the_laws_apart_only_where_thrust_varies() 
     fit = fit_drag(calm, craft())
     assert {"linear", "rotor_linear", "rotor_sqrt"} <= {fit.best, *fit.ties}
     assert fit.best == "linear" or "linear" in fit.ties
-    told = " ".join(notes(fit, calm))
-    assert "a tie: " in told and "do not tell linear drag from rotor drag, nor k from b" in told
+    reported = " ".join(notes(fit, calm))
+    assert "a tie: " in reported and "cannot distinguish linear drag from rotor drag, nor k from b" in reported
 
 
-def test_no_drag_is_told() -> None:
+def test_no_drag_is_reported() -> None:
     logs = [fly(linear((0, 0, 0)), seed, noise=0.2) for seed in range(3)]
     fit = fit_drag(logs, craft())
     assert fit.best == "none"
@@ -153,7 +153,7 @@ def test_no_drag_is_told() -> None:
     assert fitted_vehicle(fit, "given").drag.law == "none"
 
 
-def test_what_a_log_lacks_is_told() -> None:
+def test_what_a_log_lacks_is_reported() -> None:
     logs = [replace(fly(linear((0.3, 0.4, 0.2)), seed, noise=0.05), rotor_thrusts=None) for seed in range(3)]
     fit = fit_drag(logs, craft())
     assert fit.law("linear").known == (True, True, False) and fit.law("linear").values[2] == 0
@@ -273,7 +273,7 @@ def test_the_mass_is_given_weighed_assumed_or_asked_for() -> None:
     nano = craft_of([replace(bare, kind="NanoBench")])
     assert nano.vehicle.mass == 0.035 and "assumed" in nano.mass_from and "crazyflie" in nano.vehicle.name
     assert craft_of([log], "crazyflie", 5.0).vehicle.mass == 5.0  # its motors could not lift that
-    with pytest.raises(InputError, match="does not tell the mass"):
+    with pytest.raises(InputError, match="does not give the mass"):
         craft_of([bare])
     with pytest.raises(InputError, match="`mass`"):
         craft_of([log], None, -1.0)
@@ -358,7 +358,7 @@ def test_the_command_refuses(tmp_path: Path, options: list[str], problem: str) -
     assert not (tmp_path / "out").exists()
 
 
-def test_negative_drag_is_told_and_written_as_none(tmp_path: Path) -> None:
+def test_negative_drag_is_reported_and_written_as_none(tmp_path: Path) -> None:
     logs = [fly(linear((-0.2, 0.4, 0.2)), seed, noise=0.02) for seed in range(2)]
     fit = fit_drag(logs, craft())
     assert any("Dx is below 0" in note for note in notes(fit, logs))

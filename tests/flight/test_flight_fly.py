@@ -229,14 +229,14 @@ def test_every_preset_flies(name: str) -> None:
     assert np.sqrt(np.mean(flight.error**2)) < 0.03
 
 
-def test_what_cannot_be_flown_is_told() -> None:
+def test_what_cannot_be_flown_is_reported() -> None:
     cases: list[tuple[FlightPath, str]] = [
         (Circle(radius=5, speed=25, laps=20, acceleration=20), "takes a thrust of"),
         (Hover(time=5000), "takes 5000 s"),
         (MinimumSnap(points=((0, 0, 0), (0, 0, -40), (0, 0, 0)), speed=19.5), "upside down"),
     ]
-    for path, told in cases:
-        with pytest.raises(InputError, match=told):
+    for path, reported in cases:
+        with pytest.raises(InputError, match=reported):
             fly(path, vehicle())
     sail = vehicle(drag={"law": "linear", "D": [2, 2, 2]})
     with pytest.raises(InputError, match=r"s: f450 is 50 m off the path; lower speed or wind"):
@@ -274,13 +274,13 @@ BROKEN_VEHICLES = {
 
 @pytest.mark.parametrize("case", BROKEN_VEHICLES)
 def test_broken_vehicles(case: str, tmp_path: Path) -> None:
-    changes, told = BROKEN_VEHICLES[case]
+    changes, reported = BROKEN_VEHICLES[case]
     keys = {key: value for key, value in {**GOOD, **changes}.items() if value is not None}
     file = tmp_path / "vehicle.yaml"
     file.write_text(yaml.safe_dump(keys))
     with pytest.raises(InputError) as caught:
         load_vehicle(file)
-    assert told in str(caught.value) and str(file) in str(caught.value) and "\n" not in str(caught.value)
+    assert reported in str(caught.value) and str(file) in str(caught.value) and "\n" not in str(caught.value)
 
 
 BROKEN_SPECS = {

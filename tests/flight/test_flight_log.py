@@ -1,4 +1,4 @@
-"""flight.csv and NanoBench's files: what is read is what was written, and what is broken is told in one line."""
+"""flight.csv and NanoBench's files: what is read is what was written, and what is broken is reported in one line."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -131,7 +131,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_log_is_told_in_one_line(tmp_path: Path, name: str) -> None:
+def test_a_broken_log_is_reported_in_one_line(tmp_path: Path, name: str) -> None:
     text, problem = BROKEN[name]
     path = tmp_path / "flight.csv"
     path.write_text(text)

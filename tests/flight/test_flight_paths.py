@@ -49,7 +49,7 @@ def test_rest_at_both_ends_and_beyond(path: Path) -> None:
 
 
 @paths
-def test_the_greatest_speed_is_the_one_told(path: Path) -> None:
+def test_the_greatest_speed_is_the_one_given(path: Path) -> None:
     speeds = np.linalg.norm(path.flat(np.linspace(0, path.duration, 20001))[1], axis=1)
     assert speeds.max() == pytest.approx(getattr(path, "speed", 0.0), rel=1e-6)
 
@@ -210,7 +210,7 @@ def test_what_a_user_may_name(tmp_path: File) -> None:
 
 
 @pytest.mark.parametrize(
-    ("choice", "speed", "told"),
+    ("choice", "speed", "reported"),
     [
         ("spiral:radius=2", 1.0, "is no flight path"),
         ("circle:radius=2", None, "has no speed"),
@@ -231,13 +231,13 @@ def test_what_a_user_may_name(tmp_path: File) -> None:
         ("gone.yaml", 1.0, "no such file"),
     ],
 )
-def test_broken_paths(choice: str, speed: float | None, told: str) -> None:
+def test_broken_paths(choice: str, speed: float | None, reported: str) -> None:
     with pytest.raises(InputError) as caught:
         resolve_path(choice, speed)
-    assert told in str(caught.value) and "\n" not in str(caught.value)
+    assert reported in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_a_path_must_be_a_mapping_with_a_shape() -> None:
-    for value, told in ((3, "is not a mapping"), ({}, "has no shape"), ({"shape": 4}, "shape is 4")):
-        with pytest.raises(InputError, match=told):
+    for value, reported in ((3, "is not a mapping"), ({}, "has no shape"), ({"shape": 4}, "shape is 4")):
+        with pytest.raises(InputError, match=reported):
             parse_path(value, File("flight.yaml"), "path")

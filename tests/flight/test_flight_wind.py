@@ -108,7 +108,7 @@ def test_broken_grids(text: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("choice", "told"),
+    ("choice", "reported"),
     [
         ("3/0", "is no wind"),
         ("strong", "is no wind"),
@@ -121,10 +121,10 @@ def test_broken_grids(text: str, tmp_path: Path) -> None:
         ("gone.csv", "no such file"),
     ],
 )
-def test_broken_winds(choice: str, told: str) -> None:
+def test_broken_winds(choice: str, reported: str) -> None:
     with pytest.raises(InputError) as caught:
         resolve_wind(choice)
-    assert told in str(caught.value) and "\n" not in str(caught.value)
+    assert reported in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_a_grid_may_not_leave_its_folder(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ def until(true: Callable[[], Any], seconds: float = PATIENCE) -> Any:
 
 
 class Visit:
-    """A browser's visit to a viewer. errors: what its console told of errors, and faults of its scripts."""
+    """A browser's visit to a viewer. errors: what its console reported of errors, and faults of its scripts."""
 
     def __init__(self, page: "Page", viewer: Viewer) -> None:
         self.page, self.viewer = page, viewer

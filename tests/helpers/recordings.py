@@ -27,7 +27,7 @@ def path_of(frames: int = FRAMES) -> Trajectory:
 
 
 def depth_of(index: int) -> np.ndarray:
-    """Depth of all kinds: no return, saturated, near, far."""
+    """Depth of all kinds: holes, saturated, near, far."""
     depth = np.random.default_rng(index).integers(200, 9000, CAMERA.shape).astype(np.uint16)
     depth[0, :3], depth[1, :2] = 0, 65535
     return depth

@@ -42,7 +42,7 @@ def measure(
 
 
 def disparity(measured: Measurement) -> Array:
-    """(H, W) measured disparity [px], 0 for no return."""
+    """(H, W) measured disparity [px], 0 for a hole."""
     z = measured.depth.astype(np.float64)
     return np.where(z > 0, CAMERA.focal_baseline / np.maximum(z, 1e-9), 0)
 

@@ -286,16 +286,18 @@ def test_a_bag_of_realsense_viewer(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("model", "terms", "told"),
+    ("model", "terms", "reported"),
     [
         ("equidistant", (0.1, 0.01, -0.01, 0.001), "equidistant with 4 terms"),
         ("rational_polynomial", (0.1, 0, 0, 0, 0.1, 0.2, 0, 0.01), "rational_polynomial with 8 terms"),
         ("Inverse Brown Conrady", (0.1, 0, 0, 0, 0), "Inverse Brown Conrady with 1 terms"),
     ],
 )
-def test_a_distortion_of_another_model_is_refused_and_told(tmp_path, model, terms, told):
+def test_a_distortion_of_another_model_is_refused_and_reported(tmp_path, model, terms, reported):
     write_viewer_bag(tmp_path / "fish.bag", model=model, terms=terms)
-    with pytest.raises(InputError, match=f"CameraInfo: its distortion is {told}; .*rectify the images, or give a `cam"):
+    with pytest.raises(
+        InputError, match=f"CameraInfo: its distortion is {reported}; .*rectify the images, or give a `cam"
+    ):
         import_recording(tmp_path / "fish.bag", tmp_path / "run")
     assert not (tmp_path / "run").exists()
     CAMERA.write(tmp_path / "camera.yaml")
@@ -328,7 +330,7 @@ def forward_of(poses: np.ndarray) -> np.ndarray:
     return poses @ there
 
 
-def test_poses_that_name_no_frame_are_told_of_and_a_mounting_is_applied(tmp_path):
+def test_poses_that_name_no_frame_are_reported_and_a_mounting_is_applied(tmp_path):
     write_viewer_bag(tmp_path / "mocap.bag", poses=path_of())
     note = "/mocap/pose does not say what its poses are of: taken as the camera's optical frame; else give `mount`"
     made = import_recording(tmp_path / "mocap.bag", tmp_path / "plain")
@@ -483,10 +485,10 @@ def test_the_command_keeps_a_cut_bag_and_ends_with_status_2(tmp_path, monkeypatc
     with pytest.raises(SystemExit) as stop:
         main()
     assert stop.value.code == 2
-    told = capsys.readouterr()
-    assert "frames, without poses" in told.out
-    assert told.err.splitlines()[-1].startswith(f"{file}: after ")
-    assert "the frames before that are kept" in told.err
+    reported = capsys.readouterr()
+    assert "frames, without poses" in reported.out
+    assert reported.err.splitlines()[-1].startswith(f"{file}: after ")
+    assert "the frames before that are kept" in reported.err
     assert len(Run.open(tmp_path / "run", posed=False)) >= 2
 
 
@@ -499,7 +501,7 @@ def test_the_command_keeps_a_cut_bag_and_ends_with_status_2(tmp_path, monkeypatc
         ({"depth": "/camera/camera/infra1/image_rect_raw"}, "holds no depth of 16UC1"),
     ],
 )
-def test_wrong_options_are_told(bags, tmp_path, options, message):
+def test_wrong_options_are_reported(bags, tmp_path, options, message):
     with pytest.raises(InputError, match=message):
         import_recording(bags / "bag", tmp_path / "run", ImportOptions(**options))
     assert not (tmp_path / "run").exists()

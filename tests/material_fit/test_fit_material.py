@@ -122,7 +122,7 @@ def test_correlated_noise_counts_less(tmp_path: Path) -> None:
     assert np.median(soft) < 0.5 * np.median(rough)
 
 
-def test_a_real_camera_is_told_from_the_law(tmp_path: Path) -> None:
+def test_a_real_camera_is_distinguished_from_the_law(tmp_path: Path) -> None:
     folder = write_captures(tmp_path / "wall", lambda d: 0.0055 * d**2)
     curve = measure_wall([folder], "cement")
     fit = fit_curve(curve)

@@ -314,7 +314,7 @@ def test_the_drift_is_closed_and_looks_inward() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "parameters", "told"),
+    ("name", "parameters", "reported"),
     [
         ("castle", {}, "the builders are corridor, forest, office"),
         ("wall", {"colour": "red"}, "its parameters are material, width, height"),
@@ -327,8 +327,8 @@ def test_the_drift_is_closed_and_looks_inward() -> None:
         ("tunnel", {"rows": 5}, "rows is 5; give 100 to 4000"),
     ],
 )
-def test_wrong_parameters_are_told_in_one_line(name: str, parameters: dict[str, object], told: str) -> None:
-    with pytest.raises(ValueError, match=told) as caught:
+def test_wrong_parameters_are_reported_in_one_line(name: str, parameters: dict[str, object], reported: str) -> None:
+    with pytest.raises(ValueError, match=reported) as caught:
         build(name, **parameters)
     assert "\n" not in str(caught.value)
 

@@ -64,8 +64,8 @@ def test_the_inputs_that_atheris_chooses_are_read_and_counted(tmp_path):
     (valid,) = [file.read_bytes() for file in (tmp_path / "corpus").iterdir()]
     for data in [valid] * 30 + [b"", b"\x00", b"\x07fx: ["] * 10:
         fuzzed.one(data)
-    told = json.loads((tmp_path / "report.json").read_text())
-    assert told["counts"] == {ACCEPTED: 30, REFUSED: 20}
+    reported = json.loads((tmp_path / "report.json").read_text())
+    assert reported["counts"] == {ACCEPTED: 30, REFUSED: 20}
     assert (tmp_path / "in" / "camera.yaml").read_bytes() == valid[1:]
 
 
@@ -78,15 +78,15 @@ def test_what_is_wrong_is_counted():
     def fails() -> None:
         raise KeyError("x")
 
-    def told() -> None:
-        raise InputError("a.yaml", "line 1", "is broken", "mend it")
+    def reported() -> None:
+        raise InputError("a.yaml", "line 1", "is broken", "correct it")
 
     def endless() -> None:
         while True:
             pass
 
     assert outcome(fails)[0] == TRACEBACK
-    assert outcome(told)[0] == REFUSED
+    assert outcome(reported)[0] == REFUSED
     assert outcome(endless, seconds=0.2)[0] == HANG
 
 
@@ -141,7 +141,7 @@ YAML_READERS: tuple[Callable[[Path], object], ...] = (
 
 @pytest.mark.parametrize("read", YAML_READERS, ids=lambda read: read.__name__)
 def test_any_document_ends_in_a_value_or_in_one_line(read, tmp_path_factory):
-    file = tmp_path_factory.mktemp("document") / "told.yaml"
+    file = tmp_path_factory.mktemp("document") / "reported.yaml"
 
     @settings(max_examples=60, deadline=None, derandomize=True, database=None)
     @given(DOCUMENTS)
@@ -181,7 +181,7 @@ def test_aliases_do_not_unfold_without_end():
 
 
 @pytest.mark.parametrize("path", ["circle:radius=1e6", "circle:radius=5,acceleration=5e-324"])
-def test_a_path_that_would_never_end_is_told_in_one_line(path):
+def test_a_path_that_would_never_end_is_reported_in_one_line(path):
     with pytest.raises(InputError, match="too near to zero"):
         resolve_path(path, speed=5e-324)
 

@@ -182,7 +182,7 @@ COEFFICIENTS = st.tuples(*[st.floats(-a, a) for a in (0.06, 0.02, 2e-3, 2e-3, 0.
 @given(COEFFICIENTS)
 def test_brown_conrady_rays_go_where_opencvs_formula_has_them(k: tuple[float, ...]) -> None:
     cam = camera(model="brown_conrady", distortion=k)
-    # Planes z = 2 + x / 2 and z = 2 + y / 2 tell x and y at z = 1 from the depth: x = 2 - 4 / depth.
+    # Planes z = 2 + x / 2 and z = 2 + y / 2 give x and y at z = 1 from the depth: x = 2 - 4 / depth.
     at_one = []
     for axis in (0, 1):
         a, b = np.zeros(3), np.zeros(3)

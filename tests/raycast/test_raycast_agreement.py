@@ -77,7 +77,7 @@ def test_open3d_agrees(mesh) -> None:
     assert np.abs(ours.normals(scene) - normals.reshape(*cam.shape, 3))[both].max() < 1e-4
 
 
-def test_open3d_that_is_missing_is_told_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_open3d_that_is_missing_is_reported_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "open3d", None)
     with pytest.raises(InputError, match=r"install it by `pip install '.\[open3d\]'`"):
         load_open3d()

@@ -42,7 +42,7 @@ def big_endian_rows(image: np.ndarray) -> np.ndarray:
 
 
 def filtered(image: np.ndarray, kinds: list[int]) -> bytes:
-    """The rows under the told filters, straight from the PNG specification, one byte at a time."""
+    """The rows under the reported filters, straight from the PNG specification, one byte at a time."""
     rows = big_endian_rows(image).astype(int)
     step = rows.shape[1] // image.shape[1]
     out = bytearray()

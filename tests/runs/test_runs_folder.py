@@ -79,7 +79,7 @@ def test_everything_comes_back(whole):
     assert run.has("clean") and run.has("rgb") and not run.has("mask")
 
 
-def test_a_normal_is_told_within_half_a_degree():
+def test_a_normal_is_kept_within_half_a_degree():
     normals = np.random.default_rng(0).standard_normal((200, 200, 3)).astype(np.float32)
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     back = decode_normals(encode_normals(normals))
@@ -274,4 +274,4 @@ def test_a_broken_run_is_one_clear_line(run, change, file, problem):
     assert line.startswith(str(run / file))
     assert re.search(problem, line)
     assert "\n" not in line
-    assert error.value.mend
+    assert error.value.fix

@@ -36,7 +36,7 @@ def test_the_sheet(run, tmp_path):
     assert sheet.shape[1] == 1400
     assert 100 * rows < sheet.shape[0] < 200 * rows + 100
     black = (sheet == 0).all(axis=2).mean()
-    assert 0.1 < black < 0.4  # a quarter of each depth has no return
+    assert 0.1 < black < 0.4  # a quarter of each depth is holes
     preview(run, tmp_path / "again.png")
     assert (tmp_path / "again.png").read_bytes() == (tmp_path / "sheet.png").read_bytes()
     preview(run, tmp_path / "one.png", frames=1)

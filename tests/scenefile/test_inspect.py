@@ -1,4 +1,4 @@
-"""What is told of a scene, on meshes whose holes, flips and sizes are known."""
+"""What is reported of a scene, on meshes whose holes, flips and sizes are known."""
 
 from pathlib import Path
 
@@ -192,7 +192,7 @@ def test_a_scene_file_with_several_meshes(tmp_path: Path) -> None:
         (0.05, "0.05 m"),
     ],
 )
-def test_a_strange_size_is_told(width: float, words: str) -> None:
+def test_a_strange_size_is_reported(width: float, words: str) -> None:
     assert words in str(size_hint(np.array([[0, 0, 0], [width, 1e-3, 1e-3]])))
     assert ("cm" in str(size_hint(np.array([[0, 0, 0], [width, 0, 0]])))) == (width == 4000)
 
@@ -204,12 +204,12 @@ def test_a_plain_room_gets_no_hint(tmp_path: Path) -> None:
     assert "look inwards (right for a room): 1" in text_of(report)
 
 
-def test_far_from_the_origin_is_told() -> None:
+def test_far_from_the_origin_is_reported() -> None:
     assert origin_hint(np.array([[0, 0, 0], [9.0, 9, 9]])) is None
     assert "steps of 31 mm" in str(origin_hint(np.array([[5e5, 5e5, 0], [5.0001e5, 5.001e5, 9]])))
 
 
-def test_a_floor_across_y_is_told(tmp_path: Path) -> None:
+def test_a_floor_across_y_is_reported(tmp_path: Path) -> None:
     floor = np.array([[-5, 0, -5], [5, 0, -5], [5, 0, 5], [-5, 0, 5], [0, 3, 0], [1, 3, 0]], dtype=float)
     path = write(tmp_path, np.array([[0, 2, 1], [0, 3, 2], [0, 4, 5]]), floor)
     assert any("`up` y" in hint for hint in inspect_scene(path, materials=MATERIALS).hints)

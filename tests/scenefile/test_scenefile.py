@@ -52,11 +52,11 @@ def test_a_broken_scene_gets_one_line(
     assert message.startswith(str(tmp_path / (broken.tells or broken.name)) + ": ")
     for word in broken.words:
         assert word in message
-    told = capfd.readouterr()
-    assert told.out == told.err == ""
+    reported = capfd.readouterr()
+    assert reported.out == reported.err == ""
 
 
-def test_a_folder_without_a_scene_is_told(tmp_path: Path) -> None:
+def test_a_folder_without_a_scene_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"has no scene; put one of scene.yaml, scene.obj"):
         load_scene(tmp_path, materials=MATERIALS)
 

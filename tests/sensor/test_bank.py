@@ -206,7 +206,7 @@ def test_the_stronger_the_more(effect_id: str) -> None:
     assert all(a < b for a, b in itertools.pairwise(found)), found
 
 
-@pytest.mark.parametrize("effect_id", [i for i in sorted(WANTED) if effect_class(i).stage == Stage.MISSING])
+@pytest.mark.parametrize("effect_id", [i for i in sorted(WANTED) if effect_class(i).stage == Stage.HOLES])
 def test_holes_leave_every_other_pixel_as_it_was(effect_id: str) -> None:
     noise = effect_class("disparity_noise")()
     plain, with_holes = measure(noise), measure(noise, effect_class(effect_id)())

@@ -41,7 +41,7 @@ def scores(measured: Measurement, distance: float, m: dict[str, float] = M, floo
 def test_material_noise_follows_the_law(distance: float) -> None:
     for tag, z in scores(measure([MaterialNoise()], distance), distance).items():
         assert z.size == 20_000
-        # Where the noise puts the surface behind the camera there is no return: plastic from 6 m on.
+        # Where the noise puts the surface behind the camera there is a hole: plastic from 6 m on.
         least = -distance / (0.005 * np.exp(M[tag] * distance))
         lost = z <= least * (1 - 1e-6)
         share = stats.norm.cdf(least)

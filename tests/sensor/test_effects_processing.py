@@ -19,7 +19,7 @@ NOISE = MaterialNoise(floor=0.003, m={"plastic": 0.0, "cement": 0.8})
 
 
 def follow(line: Array, alpha: float, delta: float) -> Array:
-    """One way along one line, told step by step."""
+    """One way along one line, reported step by step."""
     out = line.copy()
     for k in range(1, line.size):
         if line[k] > 0 and line[k - 1] > 0 and abs(line[k] - line[k - 1]) < delta:

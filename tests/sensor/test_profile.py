@@ -99,7 +99,7 @@ def test_a_profile_written_is_read_back_as_it_was(
 
 
 BROKEN = [
-    # (text, the place and the problem, the mend)
+    # (text, the place and the problem, the fix)
     ("- material_noise\n- fill_rate\n", "holds a list at its top, not a mapping", "`key: value` lines"),
     ("", "is empty", "write a sensor profile as"),
     ("# only a comment\n", "is empty", "write a sensor profile as"),
@@ -134,23 +134,23 @@ BROKEN = [
     ("effects: [material_noise: {m: {cement: .inf}}]", "m.cement: input should be a finite number", "correct"),
     ("effects: [material_noise: {m: 0.3}]", "material_noise.m: input should be a valid dictionary", "correct"),
     ("effect: [fill_rate]", "effect: is not a key of a profile", "the keys are name, camera, effects, description"),
-    ("effects: []\neffects: []", "line 2: is not YAML (key 'effects' twice)", "mend the syntax there"),
-    ("effects: [fill_rate: {rate: 0.1, rate: 0.2}]", "line 1: is not YAML (key 'rate' twice)", "mend the syntax"),
-    ("effects: [", "line 1: is not YAML", "mend the syntax there"),
-    ("effects: [fill_rate]\n\tname: x", "line 2: is not YAML", "mend the syntax there"),
+    ("effects: []\neffects: []", "line 2: is not YAML (key 'effects' twice)", "correct the syntax there"),
+    ("effects: [fill_rate: {rate: 0.1, rate: 0.2}]", "line 1: is not YAML (key 'rate' twice)", "correct the syntax"),
+    ("effects: [", "line 1: is not YAML", "correct the syntax there"),
+    ("effects: [fill_rate]\n\tname: x", "line 2: is not YAML", "correct the syntax there"),
     (
         "effects: !!python/object:os.system x",
         "line 1: is not YAML (could not determine a constructor",
-        "mend the syntax",
+        "correct the syntax",
     ),
-    ("effects: !!bool x", "is not YAML", "mend the syntax there"),
-    ("effects: !!timestamp x", "is not YAML", "mend the syntax there"),
-    ("effects: !!int ''", "is not YAML", "mend the syntax there"),
-    ("effects: *nobody", "line 1: is not YAML (found undefined alias", "mend the syntax there"),
-    ("[" * 5000, "is not YAML", "mend the syntax there"),
+    ("effects: !!bool x", "is not YAML", "correct the syntax there"),
+    ("effects: !!timestamp x", "is not YAML", "correct the syntax there"),
+    ("effects: !!int ''", "is not YAML", "correct the syntax there"),
+    ("effects: *nobody", "line 1: is not YAML (found undefined alias", "correct the syntax there"),
+    ("[" * 5000, "is not YAML", "correct the syntax there"),
     (b"\x89PNG\r\n\x1a\n\x00\x00", "byte 0: is not UTF-8 text", "give a sensor profile"),
     (b"\x1f\x8b\x08\x00\x00", "byte 1: is not UTF-8 text", "give a sensor profile"),
-    ("name: a\x00b", "is not YAML", "mend the syntax there"),
+    ("name: a\x00b", "is not YAML", "correct the syntax there"),
     ("camera: kinect", "camera: 'kinect' is no camera", "name one of d405, d415"),
     ("camera: 5", "camera: 5 is no camera", "name one of d405, d415"),
     ("camera: [d435]", "camera: ['d435'] is no camera", "name one of d405, d415"),
@@ -167,13 +167,13 @@ def one_line(error: pytest.ExceptionInfo[InputError]) -> str:
     return text
 
 
-@pytest.mark.parametrize(("text", "problem", "mend"), BROKEN)
-def test_a_broken_profile_is_told_in_one_line(tmp_path: Path, text: str | bytes, problem: str, mend: str) -> None:
+@pytest.mark.parametrize(("text", "problem", "fix"), BROKEN)
+def test_a_broken_profile_is_reported_in_one_line(tmp_path: Path, text: str | bytes, problem: str, fix: str) -> None:
     path = write(tmp_path, text)
     with pytest.raises(InputError) as error:
         load_profile(path)
     line = one_line(error)
-    assert line.startswith(str(tmp_path)) and problem in line and mend in line.partition(problem)[2], line
+    assert line.startswith(str(tmp_path)) and problem in line and fix in line.partition(problem)[2], line
 
 
 @pytest.mark.parametrize("choice", ["papr", "", "x" * 5000, "a\0b", "../paper", "no/such/profile", "no/such.yaml", "."])
@@ -206,7 +206,9 @@ VALUES = st.recursive(
 
 @settings(max_examples=150, deadline=None)
 @given(VALUES)
-def test_whatever_a_profile_holds_it_loads_or_is_told(tmp_path_factory: pytest.TempPathFactory, value: object) -> None:
+def test_whatever_a_profile_holds_it_loads_or_is_reported(
+    tmp_path_factory: pytest.TempPathFactory, value: object
+) -> None:
     path = write(tmp_path_factory.mktemp("profile"), yaml.safe_dump({"effects": [value], "name": "x"}))
     for text in (path.read_text(), yaml.safe_dump(value)):
         try:
@@ -227,21 +229,21 @@ MATERIALS = [
     ("cement: {source: guess}", "cement.m: field required", "add it"),
     ("cement: {m: 0.3, albedo: 1.2}", "cement.albedo: input should be less than or equal to 1", "correct that value"),
     ("cement: {m: 0.3, gloss: shiny}", "cement.gloss: input should be a valid number", "correct that value"),
-    ("cement: {m: 0.3}\ncement: {m: 0.4}", "line 2: is not YAML (key 'cement' twice)", "mend the syntax there"),
-    ("cement: {m: 0.3", "is not YAML", "mend the syntax there"),
+    ("cement: {m: 0.3}\ncement: {m: 0.4}", "line 2: is not YAML (key 'cement' twice)", "correct the syntax there"),
+    ("cement: {m: 0.3", "is not YAML", "correct the syntax there"),
     (b"\xff\xfe\x00", "byte 0: is not UTF-8 text", "give a materials file"),
 ]
 
 
-@pytest.mark.parametrize(("text", "problem", "mend"), MATERIALS)
-def test_a_broken_materials_file_is_told_in_one_line(
-    tmp_path: Path, text: str | bytes, problem: str, mend: str
+@pytest.mark.parametrize(("text", "problem", "fix"), MATERIALS)
+def test_a_broken_materials_file_is_reported_in_one_line(
+    tmp_path: Path, text: str | bytes, problem: str, fix: str
 ) -> None:
     path = write(tmp_path, text, "materials.yaml")
     with pytest.raises(InputError) as error:
         load_materials(path)
     line = one_line(error)
-    assert line.startswith(f"{path}: ") and problem in line and mend in line.partition(problem)[2], line
+    assert line.startswith(f"{path}: ") and problem in line and fix in line.partition(problem)[2], line
 
 
 def test_materials_that_are_not_there_and_keys_that_are_kept(tmp_path: Path) -> None:

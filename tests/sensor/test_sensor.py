@@ -90,12 +90,13 @@ def test_effects_act_in_the_order_of_their_stages(caster: Caster) -> None:
     stages = [effect_class(effect_id).stage for effect_id in ids]
     assert stages == sorted(stages)
     assert ids.index("material_noise") < ids.index("fill_rate")
-    assert Stage.DISPARITY < Stage.NOISE < Stage.MISSING < Stage.PROCESSING
+    assert Stage.DISPARITY < Stage.NOISE < Stage.HOLES < Stage.PROCESSING
+    assert Stage["MISSING"] is Stage.HOLES, "effects of other people's have the former name"
     with pytest.raises(KeyError):
         effect_class("gremlins")
 
 
-def test_a_tag_that_is_no_material_is_told() -> None:
+def test_a_tag_that_is_no_material_is_reported() -> None:
     caster = Caster(strips(2.0, camera()))
     few = Materials.model_validate({"cement": {"m": 0.3}, "plastic": {"m": 0.3}})
     with pytest.raises(InputError, match="test: there is no material 'formboard'; the tags are cement, plastic"):

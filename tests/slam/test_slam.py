@@ -148,7 +148,7 @@ def test_a_sweep_shows_that_error_follows_noise(room, tmp_path):
 
 
 @pytest.mark.parametrize("found", [b"\xff\xfe\x00run", b'run,"sys\n', b"run\na\n"])
-def test_a_results_file_that_is_none_is_told_in_one_line(tmp_path, found):
+def test_a_results_file_that_is_none_is_reported_in_one_line(tmp_path, found):
     (tmp_path / "results.csv").write_bytes(found)
     with pytest.raises(InputError, match=r"results\.csv"):
         read_rows(tmp_path / "results.csv")

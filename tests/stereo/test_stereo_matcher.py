@@ -181,7 +181,7 @@ def test_speckles_are_the_small_connected_patches() -> None:
     assert (picture == expected).all()
 
 
-def test_noise_is_told_from_texture() -> None:
+def test_noise_is_distinguished_from_texture() -> None:
     left, _ = textured((200, 300), 0.0, blur=2.5)
     noisy = left + np.random.default_rng(7).normal(0, 3, left.shape)
     assert abs(cost.noise_level(noisy.astype(np.float32)) - 3) < 0.7

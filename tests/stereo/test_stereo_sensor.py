@@ -230,7 +230,7 @@ def test_the_profile_that_comes_with_depthsim_matches_images() -> None:
         ("{sensor: active_stereo, projector: 3}", "camera.projector: "),
     ],
 )
-def test_a_broken_profile_is_told_in_one_line(tmp_path: Path, text: str, message: str) -> None:
+def test_a_broken_profile_is_reported_in_one_line(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         load_profile(write(tmp_path, text))
     assert message in str(caught.value)

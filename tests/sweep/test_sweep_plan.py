@@ -1,4 +1,4 @@
-"""From SWEEP.yaml to a plan: every run known, every draw its own, every fault told in one line."""
+"""From SWEEP.yaml to a plan: every run known, every draw its own, every fault reported in one line."""
 
 import itertools
 from pathlib import Path
@@ -78,7 +78,7 @@ def test_the_plan_survives_json(tmp_path: Path) -> None:
         Plan.from_json(plan.to_json()[:-100], "plan.json")
 
 
-def test_values_that_change_nothing_are_not_told(tmp_path: Path) -> None:
+def test_values_that_change_nothing_are_not_reported(tmp_path: Path) -> None:
     plan = planned(tmp_path)
     paper, d435 = (values_in_use(plan, plan.run(index)) for index in (0, 4))
     assert "effects.disparity_noise.sigma" not in paper
@@ -114,7 +114,7 @@ random:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "reported"),
     [
         ("scenes: [room.obj, hall.obj]", "scenes: []", "scenes: tuple should have at least 1 item"),
         ("scenes: [room.obj, hall.obj]", "scenes: [room.obj, room.obj]", "scenes: names room.obj twice"),
@@ -146,16 +146,16 @@ random:
         ('"circle:center=0/0/1.2,radius=0.5,speed=1,heading=outward"', "tour", "'tour' is no trajectory of scene room"),
     ],
 )
-def test_a_bad_sweep_is_one_line(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_a_bad_sweep_is_one_line(tmp_path: Path, old: str, new: str, reported: str) -> None:
     assert old in SWEEP
     with pytest.raises(InputError) as caught:
         planned(tmp_path, SWEEP.replace(old, new))
-    assert told in str(caught.value)
+    assert reported in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "reported"),
     [
         ("draws: 2", "draws: 3", "draws is 2 in this target, but 3 is asked for"),
         ("[room.obj, hall.obj]", "[room.obj]", 'scenes is ["room.obj", "hall.obj"] in this target'),
@@ -163,10 +163,10 @@ def test_a_bad_sweep_is_one_line(tmp_path: Path, old: str, new: str, told: str) 
         ("radius=0.5", "radius=0.7", "scene room.obj: its trajectories differs"),
     ],
 )
-def test_another_sweep_is_refused_with_the_reason(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_another_sweep_is_refused_with_the_reason(tmp_path: Path, old: str, new: str, reported: str) -> None:
     with pytest.raises(InputError) as caught:
         refuse_changed(planned(tmp_path / "a"), planned(tmp_path / "b", SWEEP.replace(old, new)), "out")
-    assert told in str(caught.value)
+    assert reported in str(caught.value)
 
 
 def test_a_comment_is_no_change(tmp_path: Path) -> None:

@@ -220,7 +220,7 @@ def test_a_killed_driver_is_gone_on_with(sweep: Path, made: Path, tmp_path: Path
     assert tree(out) == tree(made)
 
 
-def test_a_run_that_fails_three_times_is_told_and_the_others_are_made(sweep: Path, tmp_path: Path) -> None:
+def test_a_run_that_fails_three_times_is_reported_and_the_others_are_made(sweep: Path, tmp_path: Path) -> None:
     tries = []
 
     def spoil(job: Job) -> Event | None:
@@ -301,8 +301,8 @@ def test_half_a_line_of_the_journal_is_cut_off(made: Path, tmp_path: Path) -> No
     plan = Plan.from_json((out / "plan.json").read_text(), out)
     manifest = Manifest(target, plan)
     row = manifest.rows[3]
-    told = json.dumps({**row, "bytes": 1}).encode()
-    (out / "journal.jsonl").write_bytes(b"[" * 100_000 + b"\n" + told + b'\n{"run": 4, "sta')
+    reported = json.dumps({**row, "bytes": 1}).encode()
+    (out / "journal.jsonl").write_bytes(b"[" * 100_000 + b"\n" + reported + b'\n{"run": 4, "sta')
     again = Manifest(LocalTarget(out), plan)
     assert again.rows[3]["bytes"] == 1
     assert again.rows[4] == manifest.rows[4]

@@ -56,14 +56,14 @@ def test_what_is_too_far_is_red_and_what_is_right_nearly_white() -> None:
     assert far[0] > far[2] + 100
 
 
-def test_the_fate_of_every_pixel_is_told() -> None:
+def test_the_fate_of_every_pixel_is_reported() -> None:
     units = np.full(CAMERA.shape, 1000, np.uint16)
     units[0], units[1] = 0, 65535
     clean = np.full(CAMERA.shape, 1.0, np.float32)
     clean[0, 0] = 0
     index = paint(Shot(CAMERA, np.eye(4), units, clean), "validity", Span(), (), MATERIALS).index
-    told = [colours.FATES[index[v, u]] for v, u in ((0, 0), (0, 1), (1, 0), (2, 0))]
-    assert told == ["nothing there", "no return", "too far", "valid"]
+    reported = [colours.FATES[index[v, u]] for v, u in ((0, 0), (0, 1), (1, 0), (2, 0))]
+    assert reported == ["nothing there", "hole", "too far", "valid"]
 
 
 def test_a_span_stays_while_it_fits_and_moves_when_it_does_not() -> None:
@@ -176,25 +176,25 @@ def test_of_jobs_of_one_kind_that_wait_the_latest_is_done() -> None:
     assert done == [19]
 
 
-def test_a_job_that_fails_is_told_in_one_line_and_the_next_one_is_done(capsys: pytest.CaptureFixture[str]) -> None:
-    told: list[tuple[str, str]] = []
-    worker = Worker(lambda _: None, lambda kind, line: told.append((kind, line)))
+def test_a_job_that_fails_is_reported_in_one_line_and_the_next_one_is_done(capsys: pytest.CaptureFixture[str]) -> None:
+    reported: list[tuple[str, str]] = []
+    worker = Worker(lambda _: None, lambda kind, line: reported.append((kind, line)))
 
     def bad() -> None:
-        raise InputError("file", "line 3", "is bad", "mend it")
+        raise InputError("file", "line 3", "is bad", "correct it")
 
     worker.ask("frame", bad)
-    while not told:
+    while not reported:
         time.sleep(0.01)
     worker.ask("frame", lambda: None)
     worker.ask("other", lambda: 1 / 0)  # type: ignore[arg-type,return-value]
-    while len(told) < 3:
+    while len(reported) < 3:
         time.sleep(0.01)
     worker.close()
-    assert told[:2] == [("frame", "file: line 3: is bad; mend it"), ("frame", "")]
-    assert told[2][0] == "other"
-    assert "ZeroDivisionError" in told[2][1]
-    assert "\n" not in told[2][1]
+    assert reported[:2] == [("frame", "file: line 3: is bad; correct it"), ("frame", "")]
+    assert reported[2][0] == "other"
+    assert "ZeroDivisionError" in reported[2][1]
+    assert "\n" not in reported[2][1]
 
 
 ENDS_WITH_A_JOB_UNDER_WAY = """
@@ -294,7 +294,7 @@ def test_shares_are_read_checked_and_not_missed(tmp_path: Path) -> None:
         load_shares(folder, 2)
 
 
-def test_a_report_that_lacks_something_is_told_in_one_line(tmp_path: Path) -> None:
+def test_a_report_that_lacks_something_is_reported_in_one_line(tmp_path: Path) -> None:
     folder = write_report(tmp_path / "report", tmp_path / "run")
     with pytest.raises(InputError, match="run"):
         open_stage(folder)  # the run is not there

@@ -16,7 +16,7 @@ _STAGES = {
     Stage.DISPARITY: "Errors of the disparity",
     Stage.NOISE: "Noise",
     Stage.MIXING: "Between surfaces",
-    Stage.MISSING: "Holes",
+    Stage.HOLES: "Holes",
     Stage.PROCESSING: "Processing",
 }
 

@@ -1,4 +1,4 @@
-"""Flying: the sensor goes where the keys take the view, or a drone carries it along a path; speed and drag are told."""
+"""Flying: the sensor goes where the keys take the view, or a drone carries it on a path; speed and drag are shown."""
 
 import time
 from collections.abc import Callable
@@ -47,7 +47,7 @@ class FlyControls:
         gui.add_markdown("W A S D move, Q E sink and rise, the arrow keys turn; click into the view first.")
         self.keys = gui.add_checkbox("fly by keyboard", False, hint="The sensor is where you look from.")
         self.vehicle = gui.add_dropdown(
-            "vehicle", list(vehicle_names()), initial_value="f450", hint="Whose drag is told."
+            "vehicle", list(vehicle_names()), initial_value="f450", hint="Whose drag is shown."
         )
         gui.add_markdown("Or along a path, flown by the vehicle with its controller and drag:")
         self._path = gui.add_text("path", _default_path(stage), hint="As `depthsim fly` takes it.")

@@ -78,7 +78,7 @@ def _about(cause: Cause) -> str:
     low, high = cause.ci95_closed
     parts = [values, f"closes {cause.closed_fraction:.0%} of the gap (95 %: {low:.0%} to {high:.0%})"]
     if cause.indistinguishable_from:
-        parts.append(f"these data cannot tell it from {', '.join(cause.indistinguishable_from)}")
+        parts.append(f"with these data it is indistinguishable from {', '.join(cause.indistinguishable_from)}")
     return "; ".join(filter(None, [*parts, cause.advice]))
 
 

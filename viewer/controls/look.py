@@ -6,6 +6,7 @@ from typing import Literal, cast
 import viser
 
 from viewer.controls.handles import picked, put
+from viewer.drawing import View
 from viewer.paint import COLOURINGS, Colouring
 from viewer.screen import Style
 from viewer.stage import Stage
@@ -62,14 +63,16 @@ class LookControls:
         """The colouring that was chosen."""
         return cast(Colouring, picked(self.colouring))
 
-    def style(self, *, moving_by_keys: bool, spared: bool) -> Style:
-        """How to show a frame. spared: while a browser without a GPU is spared work."""
+    def style(self, *, moving_by_keys: bool, view: View | None) -> Style:
+        """How to show a frame. view: of a browser that is sent pictures of it."""
         return Style(
             how=self.how(),
-            mesh="hidden" if spared else picked(self.mesh),
+            mesh=picked(self.mesh),
             opacity=float(self.opacity.value),
             frustum=self.frustum.value and not moving_by_keys,  # one looks from where it would stand
             gap_plane=self.share_plane.value,
+            dark=bool(self.dark.value),
+            view=view,
         )
 
     def thinning(self) -> int | None:

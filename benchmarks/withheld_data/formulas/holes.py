@@ -12,7 +12,7 @@ from benchmarks.withheld_data.formulas.seen import draw_tag, ranges
 class _Chance(Formula):
     """Holes drawn pixel by pixel by a chance; amount is the chance's size unless the formula says otherwise."""
 
-    statistic = "lost"
+    statistic = "holes"
     span = (1e-3, 1.0)
 
     def chance(self, take: Take) -> Floats:
@@ -28,7 +28,7 @@ class MoreHoles(Formula):
     """More pixels without a return than the simulator has, drawn one by one; the rate itself wanders a little."""
 
     effect = "fill_rate"
-    statistic = "lost"
+    statistic = "holes"
     span = (1e-3, 0.2)
 
     def __init__(self, rng: Rng, film: Film) -> None:
@@ -47,7 +47,7 @@ class MoreHoles(Formula):
 
 
 class CountedHoles(MoreHoles):
-    """As many pixels of every frame are lost, wherever they lie."""
+    """As many pixels of every frame are holes, wherever they lie."""
 
     effect = "fill_rate"
 
@@ -192,7 +192,7 @@ class DarkByRange(_OneMaterial):
     span = (0.01, 30.0)
 
     def chance(self, take: Take) -> Floats:
-        """amount: 1 / the range at which 63 % is lost [1/m]."""
+        """amount: 1 / the range at which 63 % are holes [1/m]."""
         return (1 - np.exp(-self.amount * take.geometry.depth)) * self.mine(take)
 
 

@@ -10,7 +10,7 @@ class PhongHighlight(Formula):
     """A Phong lobe on the half vector between imager and projector, on glossy materials."""
 
     effect = "specular_dropout"
-    statistic = "lost"
+    statistic = "holes"
     span = (0.01, 1.0)
 
     def __init__(self, rng: Rng, film: Film) -> None:
@@ -93,7 +93,7 @@ class _Sun(Formula):
 
 
 class SunNoiseAndHoles(_Sun):
-    """Sunlit surfaces: the noise that is there grows by a factor, and some returns are lost."""
+    """Sunlit surfaces: the noise that is there grows by a factor, and some pixels become holes."""
 
     effect = "ambient_light"
 
@@ -115,7 +115,7 @@ class Glare(_Sun):
     """Sunlit surfaces: mostly holes, by a saturating curve of the light, and a little noise of the disparity."""
 
     effect = "ambient_light"
-    statistic = "lost"
+    statistic = "holes"
     span = (5e-3, 4.0)
 
     def __init__(self, rng: Rng, film: Film) -> None:
@@ -129,7 +129,7 @@ class Glare(_Sun):
         take.sigma = np.hypot(take.sigma, more)
 
     def lose(self, take: Take) -> Mask:
-        """amount: 1 - exp(-amount · n·s) is lost."""
+        """amount: 1 - exp(-amount · n·s) become holes."""
         return take.rng("sun").random(take.z.shape) < 1 - np.exp(-self.amount * self.sunlight(take))
 
 

@@ -10,7 +10,7 @@ class SoftNear(Formula):
     """Nothing nearer than a limit that is soft over a centimetre or two."""
 
     effect = "min_range"
-    statistic = "lost"
+    statistic = "holes"
     span = (1e-3, 0.4)
 
     def __init__(self, rng: Rng, film: Film) -> None:
@@ -41,7 +41,7 @@ class SoftNear(Formula):
 
 
 class WidestDisparity(SoftNear):
-    """The search ends at a disparity; what is measured beyond it is no return, noise and all."""
+    """The search ends at a disparity; what is measured beyond it is a hole, noise and all."""
 
     effect = "min_range"
 
@@ -75,7 +75,7 @@ class SoftFar(SoftNear):
 
 
 class LeastDisparity(SoftFar):
-    """What is measured to have less than a least disparity is no return, noise and all."""
+    """What is measured to have less than a least disparity is a hole, noise and all."""
 
     effect = "max_range"
 
@@ -88,7 +88,7 @@ class NoisyBand(Formula):
     """Columns left of the measured disparity and a margin that wanders from row to row."""
 
     effect = "invalid_band"
-    statistic = "lost"
+    statistic = "holes"
     span = (0.097, 0.13)
 
     def __init__(self, rng: Rng, film: Film) -> None:

@@ -108,7 +108,7 @@ class SmudgedLens(Formula):
     """A finger's print on the glass: holes in one region of the image."""
 
     effect = "hole_region"
-    statistic = "lost"
+    statistic = "holes"
     span = (1e-3, 1.0)
     axes = ("image_position", "image_row", "image_column", "image_radius")
 

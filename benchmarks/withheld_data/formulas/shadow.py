@@ -9,7 +9,7 @@ from benchmarks.withheld_data.film import Film, Formula, Mask, Rng, Take
 class _Shadow(Formula):
     """amount is the share of the shadows that stay empty up to 1; beyond it, shadows are wider by so many pixels."""
 
-    statistic = "lost"
+    statistic = "holes"
     span = (0.02, 9.0)
 
     def __init__(self, rng: Rng, film: Film) -> None:

@@ -1,4 +1,4 @@
-"""Which vehicle flew: its rotors and its mass, from what was given, the log, or an assumption that is told."""
+"""Which vehicle flew: its rotors and its mass, from what was given, the log, or an assumption that is reported."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Craft:
 def craft_of(logs: Sequence[FlightLog], choice: str | None = None, mass: float | None = None) -> Craft:
     """The vehicle of some logs. choice: a name or a vehicle.yaml. mass: [kg], goes before the vehicle's.
 
-    Without either: NanoBench is a Crazyflie of an assumed mass; a log with thrust in N tells the mass by its
+    Without either: NanoBench is a Crazyflie of an assumed mass; a log with thrust in N gives the mass by its
     accelerometer. Raises :class:`InputError` where the mass is not known.
     """
     if mass is not None and not 0 < mass < 1000:
@@ -52,8 +52,8 @@ def _weighed(logs: Sequence[FlightLog]) -> float:
     masses = []
     for log in logs:
         if log.total_thrust is None:
-            mend = "give `mass` or `choice`: without thrust in N a log shows force over mass alone"
-            raise InputError(log.source, "", "does not tell the mass", mend)
+            fix = "give `mass` or `choice`: without thrust in N a log shows force over mass alone"
+            raise InputError(log.source, "", "does not give the mass", fix)
         motion = motion_of(log)
         total = motion.log.total_thrust
         assert total is not None

@@ -51,8 +51,8 @@ def rotor_thrusts(motions: Sequence[Motion], vehicle: Vehicle, mapped: ThrustMap
     for log in logs:
         given = log.rotor_thrusts.shape[1] if log.rotor_thrusts is not None else rotors
         if given != rotors:
-            mend = "give the vehicle of this log as `vehicle`"
-            raise InputError(log.source, "header", f"has T1 to T{given}, but {vehicle.name} has {rotors} rotors", mend)
+            fix = "give the vehicle of this log as `vehicle`"
+            raise InputError(log.source, "header", f"has T1 to T{given}, but {vehicle.name} has {rotors} rotors", fix)
         total = log.total_thrust
         if total is not None and not total.mean() > 0:
             raise InputError(log.source, "thrust", "is 0 or below on average", "write it in N, upwards is positive")

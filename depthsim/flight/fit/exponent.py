@@ -1,4 +1,4 @@
-"""Whether the flights tell drag that grows with thrust from drag that does not."""
+"""Whether the flights distinguish drag that grows with thrust from drag that does not."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

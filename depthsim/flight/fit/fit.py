@@ -61,7 +61,7 @@ class LawFit:
 class DragFit:
     """All of a fit.
 
-    laws: in the order of CANDIDATES. best: the name of the law to take. ties: the laws that the flights do not tell
+    laws: in the order of CANDIDATES. best: the name of the law to take. ties: the laws indistinguishable
     from it. per_flight: the flights fitted, then those tested. exponent: how drag depends on thrust, None where it
     cannot be asked. speed: (n,) lateral speed [m/s] of the samples of all flights, and residuals: by law, (n, 2)
     [m/s²], offsets removed.
@@ -96,7 +96,7 @@ def fit_drag(
     """Fit every drag law to some flights of ``vehicle``, whose mass, rotors and air at rest are taken as given.
 
     logs, tests: flight.csv files, logs of NanoBench, or logs that are read. vehicle: a name, a vehicle.yaml, or an
-    object; without it :func:`~depthsim.flight.fit.craft_of` tells which.
+    object; without it :func:`~depthsim.flight.fit.craft_of` finds which.
 
     The lateral specific force, low-passed at ``cutoff`` [Hz] on both sides, is the law's plus an offset of the flight;
     along z it is thrust over mass, times a scale of the flight, plus the law's. ``tests`` are flights to judge on; by

@@ -89,7 +89,7 @@ def judge(flights: Sequence[Sums], tests: Sequence[Sums] = ()) -> Judgement:
 
 
 def tied(one: Judgement, other: Judgement) -> bool:
-    """Whether the data do not tell which of two laws is better.
+    """Whether the data do not decide which of two laws is better.
 
     The paired difference of their squared errors is zero within 95 %, over blocks of time or, from five flights on,
     over flights; or the errors differ by less than 1 %.

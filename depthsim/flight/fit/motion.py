@@ -62,13 +62,13 @@ def motion_of(log: FlightLog, cutoff: float = CUTOFF, from_velocity: bool = Fals
     """
     even, rate = _resample(log)
     if rate < 5 * cutoff:
-        mend = f"give a log of {5 * cutoff:.0f} Hz or more, or a lower `cutoff`"
-        raise InputError(log.source, "t", f"has {rate:.3g} samples a second, too few for {cutoff:g} Hz", mend)
+        fix = f"give a log of {5 * cutoff:.0f} Hz or more, or a lower `cutoff`"
+        raise InputError(log.source, "t", f"has {rate:.3g} samples a second, too few for {cutoff:g} Hz", fix)
     airborne = _airborne(even, rate)
     if airborne.stop - airborne.start < _LEAST_AIRBORNE * rate:
         seconds = max(airborne.stop - airborne.start, 0) / rate
-        mend = f"give a flight of {_LEAST_AIRBORNE + 2 * _MARGIN:g} s or more"
-        raise InputError(log.source, "", f"holds {seconds:.1f} s in the air once both ends are cut", mend)
+        fix = f"give a flight of {_LEAST_AIRBORNE + 2 * _MARGIN:g} s or more"
+        raise InputError(log.source, "", f"holds {seconds:.1f} s in the air once both ends are cut", fix)
     measured = even.specific_force is not None and not from_velocity
     if measured:
         assert even.specific_force is not None

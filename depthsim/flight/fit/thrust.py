@@ -126,8 +126,8 @@ def _blocks(motions: Sequence[Motion], given: Input, powers: tuple[int, ...]) ->
         inputs = given.of(motion.log)
         columns = motion.smooth(np.stack([(inputs**power).sum(axis=1) for power in powers], axis=1))
         if not columns.any():
-            mend = "leave the column out, or give a log of a flight"
-            raise InputError(motion.log.source, f"{given.kind}1", "is 0 throughout", mend)
+            fix = "leave the column out, or give a log of a flight"
+            raise InputError(motion.log.source, f"{given.kind}1", "is 0 throughout", fix)
         force = motion.force[:, 2:]
         blocks.append(Sums.of_blocks(force, columns[:, None, :], np.ones_like(force), motion.rate))
     return blocks

@@ -62,8 +62,8 @@ def _ties(fit: DragFit) -> list[str]:
         linear, rotor = low <= 0 <= high, low <= 0.5 <= high
         if linear and rotor:
             found.append(
-                f"{varies}, so kT + b is constant within {exponent.variation / 2:.1%}, and the flights do not tell "
-                f"linear drag from rotor drag, nor k from b: {span}; fast turns and climbs would"
+                f"{varies}, so kT + b is constant within {exponent.variation / 2:.1%}, and these flights cannot "
+                f"distinguish linear drag from rotor drag, nor k from b: {span}; fast turns and climbs would"
             )
         else:
             law = "linear drag" if linear else "rotor drag, √T or kT + b" if rotor else "neither linear nor rotor drag"
@@ -82,7 +82,7 @@ def _unknown(fit: DragFit) -> list[str]:
     if fit.thrust_from != "the log, rotor by rotor" and _ROTOR_BY_ROTOR & {fit.best, *fit.ties}:
         source = {"the thrust map": "is the thrust map's", "the log, in all": "is in equal parts"}
         how = source.get(fit.thrust_from, "is the accelerometer's, in equal parts")
-        found.append(f"the thrust of the single rotors {how}: Eq. 6 to 12 can hardly be told from Eq. 13")
+        found.append(f"the thrust of the single rotors {how}: Eq. 6 to 12 are hardly distinguishable from Eq. 13")
     return found
 
 
@@ -93,7 +93,7 @@ def _signs(law: LawFit) -> list[str]:
         if known and low <= 0 <= high
     ]
     below = [name for name, high, known in zip(law.law.names, law.high, law.known, strict=True) if known and high < 0]
-    found = [f"{law.law.name}: {', '.join(zero)} cannot be told from 0"] if zero else []
+    found = [f"{law.law.name}: {', '.join(zero)} indistinguishable from 0"] if zero else []
     if below:
         found.append(
             f"{law.law.name}: {', '.join(below)} is below 0, which no drag is, and written as 0: check the axes"
@@ -116,7 +116,7 @@ def _scales(fit: DragFit) -> list[str]:
     if scales.size and fit.thrust_map is None:
         found.append(
             f"mass × specific force along z is {scales.mean():.3f} of the log's thrust: the mass and the scales of "
-            "the thrust and of the accelerometer cannot be told apart"
+            "the thrust and of the accelerometer are indistinguishable"
         )
     if scales.size > 1:
         found.append(f"the scale of the thrust differs by {scales.std(ddof=1):.1%} from flight to flight")
@@ -128,7 +128,7 @@ def _scales(fit: DragFit) -> list[str]:
 def _logs(fit: DragFit, logs: Sequence[FlightLog]) -> list[str]:
     found = []
     if len(fit.per_flight) == 1:
-        found.append("one flight only: it was judged by leaving out quarters of it in turn; more flights tell more")
+        found.append("one flight only: it was judged by leaving out quarters of it in turn; more flights show more")
     if not fit.measured and any(log.specific_force is not None for log in logs):
         found.append("not every log has an accelerometer, so all forces are from velocities")
     for what in ("left_out", "derived"):

@@ -87,7 +87,7 @@ class AmbientLight(Effect):
         high=1,
         unit="share",
         neutral=0,
-        about="share lost in full sun",
+        about="share of holes in full sun",
         source="assumed",
         starts=(0.1,),
     )

@@ -65,7 +65,7 @@ class IncidenceDropout(Effect):
     """
 
     id: ClassVar[str] = "incidence_dropout"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = "form assumed: linear in the cosine, as the light is that a matt surface catches"
     axes = ("incidence", "surface")
     kinds = ("missing",)
@@ -77,7 +77,7 @@ class IncidenceDropout(Effect):
         high=90,
         unit="deg",
         neutral=90,
-        about="angle from which on returns are lost",
+        about="angle from which on there are holes",
         source="assumed",
         starts=(30, 55, 75),
     )
@@ -87,7 +87,7 @@ class IncidenceDropout(Effect):
         high=1,
         unit="share",
         neutral=0,
-        about="share lost where the ray grazes, at 90°",
+        about="share of holes where the ray grazes, at 90°",
         source="assumed",
         starts=(0.5,),
     )
@@ -106,18 +106,18 @@ class RangeDropout(Effect):
     """Holes that grow with range: chance = rate · (z - start) beyond ``start``, z the true depth."""
 
     id: ClassVar[str] = "range_dropout"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = "form assumed: linear; the projector's light falls off with the square of the range"
     axes = ("range",)
     kinds = ("missing",)
-    recording = "one material out to ranges where returns are lost"
+    recording = "one material out to ranges where holes begin"
 
     start: float = parameter(
         3.0,
         low=0,
         high=30,
         unit="m",
-        about="range up to which none is lost",
+        about="range up to which there are no holes",
         source="D435 product page: ideal to 3 m",
         starts=lambda seen: seen.depths(0.06, 0.5),
         scale="range",
@@ -128,7 +128,7 @@ class RangeDropout(Effect):
         high=2,
         unit="1/m",
         neutral=0,
-        about="share lost per metre beyond",
+        about="share of holes added per metre beyond",
         source="assumed",
         starts=(0.05,),
     )
@@ -150,7 +150,7 @@ class MaterialDropout(Effect):
     """
 
     id: ClassVar[str] = "material_dropout"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = "form assumed: what scatters little of the projector's light shows no pattern to match"
     axes = ("material", "surface")
     kinds = ("missing",)
@@ -163,7 +163,7 @@ class MaterialDropout(Effect):
         high=1,
         unit="share",
         neutral=0,
-        about="share lost on a material that scatters nothing",
+        about="share of holes on a material that scatters nothing",
         source="assumed",
         frozen=True,
     )
@@ -172,12 +172,12 @@ class MaterialDropout(Effect):
         low=1e-3,
         high=1,
         unit="1",
-        about="infrared reflectance from which on none is lost",
+        about="infrared reflectance from which on there are no holes",
         source="assumed",
         frozen=True,
     )
     rates: dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]] = by_material(
-        about="share lost on some tags, in place of what their reflectance gives",
+        about="share of holes on some tags, in place of what their reflectance gives",
         unit="share",
         source="none by default",
         step=0.02,
@@ -191,7 +191,7 @@ class MaterialDropout(Effect):
 
     @property
     def is_neutral(self) -> bool:
-        """Whether nothing is lost, neither by reflectance nor by tag."""
+        """Whether it makes no holes, neither by reflectance nor by tag."""
         return self.rate == 0 and not any(self.rates.values())
 
     def apply(self, frame: Frame) -> None:
@@ -211,7 +211,7 @@ class SpecularDropout(Effect):
     """
 
     id: ClassVar[str] = "specular_dropout"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = "form assumed: a lobe about the mirror direction, where the imager saturates"
     axes = ("incidence", "material", "surface")
     kinds = ("missing",)
@@ -223,7 +223,7 @@ class SpecularDropout(Effect):
         high=1,
         unit="share",
         neutral=0,
-        about="share lost in the middle of a mirror",
+        about="share of holes in the middle of a mirror",
         source="assumed",
         starts=(0.6,),
     )
@@ -242,7 +242,7 @@ class SpecularDropout(Effect):
         low=0,
         high=1,
         unit="1",
-        about="gloss up to which none is lost",
+        about="gloss up to which there are no holes",
         source="materials.yaml: 0.05 is nearly matt",
         frozen=True,
     )

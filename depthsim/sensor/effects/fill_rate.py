@@ -24,7 +24,7 @@ class FillRate(Effect):
     """A share of the pixels, drawn independently, returns nothing."""
 
     id: ClassVar[str] = "fill_rate"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = (
         "section 2 of 'High-Fidelity Drone Simulation with Depth Camera Noise and Improved Air Drag Force Models'"
     )

@@ -61,12 +61,12 @@ class MinRange(Effect):
     """No depth nearer than ``depth``: the search ends at a widest disparity D, so f·b / D is the least depth."""
 
     id: ClassVar[str] = "min_range"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     rank: ClassVar[int] = 1
     source: ClassVar[str] = "RealSense D400 series datasheet, document 337029, table Minimum-Z Depth"
     axes = ("range",)
     kinds = ("missing",)
-    recording = "one material in to ranges where returns are lost"
+    recording = "one material in to ranges where holes begin"
     forms = ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0})
     shown: ClassVar = {"depth": 1.5}
 
@@ -96,12 +96,12 @@ class MaxRange(Effect):
     """No depth farther than ``depth``."""
 
     id: ClassVar[str] = "max_range"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     rank: ClassVar[int] = 1
     source: ClassVar[str] = "product brief of the D400 series: maximum range approximately 10 m"
     axes = ("range",)
     kinds = ("missing",)
-    recording = "one material out to ranges where returns are lost"
+    recording = "one material out to ranges where holes begin"
     forms = ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0})
     shown: ClassVar = {"depth": 3.5}
 

@@ -33,7 +33,7 @@ def _add(floor, m_of_tag, clean, tag, unit, exponents, depth):
         exponents[i] = min(m_of_tag[tag[i]] * clean[i], _f(80))
     for i in range(depth.size):
         noisy = depth[i] + floor * _exp(exponents[i]) * unit[i]
-        # Where the noise would put the surface behind the camera, there is no return.
+        # Where the noise would put the surface behind the camera, there is a hole.
         depth[i] = max(noisy, _f(0)) if depth[i] > _f(0) else _f(0)
 
 

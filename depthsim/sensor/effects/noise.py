@@ -82,7 +82,7 @@ def _gain(unit: str, where: str, starts: tuple[float, ...]) -> float:
         unit=unit,
         neutral=0,
         about=f"growth of the std of all other noise {where}",
-        source="none: the D435 frames of aims-slam are told by a noise of its own",
+        source="none: the D435 frames of aims-slam have a noise effect of their own",
         starts=starts,
     )
     return gain

@@ -66,7 +66,7 @@ class StereoShadow(Effect):
     """
 
     id: ClassVar[str] = "stereo_shadow"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     needs_right: ClassVar[bool] = True
     source: ClassVar[str] = f"geometry of two imagers; margins and their law measured on {_MEASURED}"
     axes = ("edge_distance", "pixel_neighbours")
@@ -139,7 +139,7 @@ class InvalidBand(Effect):
     """No depth in columns u < slope · disparity + margin: their match lies left of the right image's border."""
 
     id: ClassVar[str] = "invalid_band"
-    stage: ClassVar[Stage] = Stage.MISSING
+    stage: ClassVar[Stage] = Stage.HOLES
     source: ClassVar[str] = f"geometry of two imagers; margin measured on {_MEASURED}"
     axes = ("image_column", "image_position")
     kinds = ("missing",)

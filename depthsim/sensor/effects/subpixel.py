@@ -11,7 +11,7 @@ from depthsim.sensor.frame import Frame
 _f = np.float32
 _TWO_PI = _f(2 * np.pi)
 _FINEST = 1e-5
-"""The finest step [px] that float32 can tell from none."""
+"""The finest step [px] that float32 can distinguish from none."""
 
 
 @inlined

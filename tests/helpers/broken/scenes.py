@@ -20,7 +20,7 @@ class Broken:
     """the file that is loaded"""
     content: str | bytes | None
     words: tuple[str, ...]
-    """in the message: the place, the problem and the mend"""
+    """in the message: the place, the problem and the fix"""
     beside: dict[str, str | bytes] = field(default_factory=dict)
     """other files in the same folder"""
     tells: str = ""
@@ -82,17 +82,19 @@ BROKEN: dict[str, Broken] = {
     "only points": Broken("points.obj", SQUARE, ("has no faces", "export triangles")),
     "only lines": Broken("lines.obj", SQUARE + "l 1 2 3\n", ("has no faces", "export triangles")),
     "NaN vertex": Broken(
-        "nan.obj", SQUARE.replace("1 1 0", "1 nan 0") + "f 1 2 3\n", ("vertex 3", "not finite", "mend")
+        "nan.obj", SQUARE.replace("1 1 0", "1 nan 0") + "f 1 2 3\n", ("vertex 3", "not finite", "correct")
     ),
-    "infinite vertex": Broken("inf.obj", "v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n", ("vertex 2", "not finite", "mend")),
-    "vertex of two numbers": Broken("two.obj", "v 0 0\nf 1 1 1\n", ("line 1", "'v 0 0'", "mend that line")),
-    "vertex is a word": Broken("word.obj", "v 0 0 zero\n", ("line 1", "'v 0 0 zero'", "mend that line")),
+    "infinite vertex": Broken(
+        "inf.obj", "v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n", ("vertex 2", "not finite", "correct")
+    ),
+    "vertex of two numbers": Broken("two.obj", "v 0 0\nf 1 1 1\n", ("line 1", "'v 0 0'", "correct that line")),
+    "vertex is a word": Broken("word.obj", "v 0 0 zero\n", ("line 1", "'v 0 0 zero'", "correct that line")),
     "index too large": Broken(
-        "large.obj", SQUARE + "f 1 2 3\nf 1 2 5\n", ("line 6", "vertex 5", "there are 4", "mend")
+        "large.obj", SQUARE + "f 1 2 3\nf 1 2 5\n", ("line 6", "vertex 5", "there are 4", "correct")
     ),
-    "index zero": Broken("zero.obj", SQUARE + "f 0 1 2\n", ("line 5", "vertex 0", "mend")),
-    "index too negative": Broken("negative.obj", SQUARE + "f -1 -2 -5\n", ("line 5", "vertex 0", "mend")),
-    "index is a word": Broken("index.obj", SQUARE + "f 1 2 x\n", ("line 5", "'f 1 2 x'", "mend that line")),
+    "index zero": Broken("zero.obj", SQUARE + "f 0 1 2\n", ("line 5", "vertex 0", "correct")),
+    "index too negative": Broken("negative.obj", SQUARE + "f -1 -2 -5\n", ("line 5", "vertex 0", "correct")),
+    "index is a word": Broken("index.obj", SQUARE + "f 1 2 x\n", ("line 5", "'f 1 2 x'", "correct that line")),
     "no face has an area": Broken("flat.obj", SQUARE + "f 1 1 2\nf 1 2 2\n", ("2 faces has an area", "export")),
     "binary rubbish": Broken("rubbish.obj", bytes(range(256)) * 9, ("has no faces", "export")),
     "too large": Broken("huge.obj", "v 0 0 0\nv 1e7 0 0\nv 0 1 0\nf 1 2 3\n", ("1e+07 m wide", "`units`", "scale")),
@@ -123,14 +125,16 @@ BROKEN: dict[str, Broken] = {
     "not a PLY": Broken("rubbish.ply", bytes(range(256)), ("not a PLY", "end_header")),
     "PLY without format": Broken("f.ply", PLY.format("ascii").replace("format ascii 1.0\n", ""), ("format", "again")),
     "PLY of an unknown type": Broken(
-        "t.ply", PLY.format("ascii").replace("float x", "real x"), ("line 4", "real x", "mend")
+        "t.ply", PLY.format("ascii").replace("float x", "real x"), ("line 4", "real x", "correct")
     ),
     "PLY cut off": Broken("c.ply", PLY.format("ascii") + "0 0 0 1 0 0 0 1 0\n3 0 1\n", ("element face", "ends before")),
     "binary PLY cut off": Broken(
         "b.ply", _ply("binary_little_endian", _TRIANGLE + b"\3\0"), ("element face", "ends before", "again")
     ),
-    "PLY with more than told": Broken(
-        "m.ply", PLY.format("ascii") + "0 0 0 1 0 0 0 1 0\n3 0 1 2\n3 0 1 2\n", ("more than its header tells", "mend")
+    "PLY with more than reported": Broken(
+        "m.ply",
+        PLY.format("ascii") + "0 0 0 1 0 0 0 1 0\n3 0 1 2\n3 0 1 2\n",
+        ("more than its header says", "correct"),
     ),
     "PLY index out of range": Broken(
         "i.ply", PLY.format("ascii") + "0 0 0 1 0 0 0 1 0\n3 0 1 7\n", ("face 1", "vertex 7", "there are 3", "export")

@@ -94,6 +94,9 @@ def refine(
 
     Rare bins grow as the root of a strength, and steps from a strength of nothing come out too short: a step that
     helps is doubled for as long as it goes on helping.
+
+    scipy.optimize.least_squares (trf, the same slopes and bounds) was tried on four recordings: on one of them it lost
+    two of three causes, and it took 1.3 and 2.3 times as long on the two that were timed.
     """
     x, damping = model.x.copy(), 1e-3
     if not len(x):
