@@ -297,7 +297,8 @@ def main() -> None:
     }
     for name in options.parts.split(",") if options.parts else parts:
         parts[name]()
-    console.print(results.table)
+    if results.table.row_count:
+        console.print(results.table)
 
 
 if __name__ == "__main__":
