@@ -10,6 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 Work = Callable[[], object]
+Measure = Callable[[Mapping[str, Work]], dict[str, list[float]]]
+"""Seconds of each work in each round; or the least of each alone."""
 
 
 def side_by_side(works: Mapping[str, Work], rounds: int = 25, rest: float = 0.01) -> dict[str, list[float]]:

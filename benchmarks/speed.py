@@ -1,10 +1,10 @@
 """How fast depthsim is, side by side with its peers and with itself: every figure is a ratio from one run.
 
-    ./run python benchmarks/speed.py [--quick] [--processor-time] [--main CHECKOUT]
+    ./run python benchmarks/speed.py [--quick] [--processor-time] [--main CHECKOUT] [--parts cast,sensor,disk,...]
 
 Peers that are not installed are left out, and said so. Absolute times hold for this machine alone. Times are medians of
 turns on the wall clock, or with --processor-time the least processor time of all threads together, which other work on
-the machine disturbs less.
+the machine disturbs less; then hold everybody to one core (`taskset -c 0`), as threads that wait for work count too.
 """
 
 import argparse
@@ -13,8 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -26,20 +25,19 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import rough_tube
-from benchmarks.measuring import Work, least_cpu, machine, milliseconds, ratio, side_by_side
-from benchmarks.speed_cast import Measure, cast_every_scene, instruction_sets
+from benchmarks.measuring import Measure, Work, least_cpu, machine, milliseconds, ratio, side_by_side
+from benchmarks.speed_cast import SHIPPED, cast_every_scene, embree_on, instruction_sets, views
+from benchmarks.speed_disk import on_disk, whole_command
 from depthsim.materials import load_materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster
-from depthsim.runs.generate import DEFAULT_STREAMS, FrameMaker
-from depthsim.runs.writer import RunWriter
-from depthsim.scene import Scene
+from depthsim.runs.generate import DEFAULT_STREAMS
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Frame, Sensor, load_profile
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.material_noise import MaterialNoise
 from depthsim.sensor.motion import Motion
-from depthsim.trajectory import Trajectory, load_trajectory
+from depthsim.trajectory import load_trajectory
 
 PAPER = (MaterialNoise(), FillRate())
 
@@ -85,22 +83,63 @@ def against_peers(console: Console, results: Results, measure: Measure) -> None:
                 results.add(f"clean over {peer}, {where}, median of scenes", None, None, middle, median, False)
 
 
-def sensor_over_clean(results: Results, measure: Measure) -> None:
-    """The paper's sensor and the D435's against the clean cast, and the noise step against plain NumPy."""
-    office = load_scene("office")
-    poses = load_trajectory(None, office, 30).matrices()
-    _sensor_over_clean(results, measure, office, poses[len(poses) // 3])
-    _sensor_over_clean(results, measure, rough_tube.tube(300_000), rough_tube.view())
+def sensor_over_clean(console: Console, results: Results, measure: Measure) -> None:
+    """The paper's sensor and the D435's against the clean cast: every shipped scene, every set of instructions."""
+    columns = ("clean", *(f"{name}, ratio" for name in SENSORS))
+    table = Table("scene", "instructions", *columns, title="the sensor, ms a frame and over the clean cast")
+    ratios: dict[tuple[str, str], list[float]] = {}
+    for scene, pose in views():
+        if scene.name not in SHIPPED:
+            continue
+        works = {}
+        for instructions in instruction_sets():
+            with embree_on(instructions):
+                works |= {(instructions, name): work for name, work in _sensors(Caster(scene), pose).items()}
+        seconds = measure({f"{one} {name}": work for (one, name), work in works.items()})
+        for instructions in instruction_sets():
+            clean = f"{instructions} clean"
+            cells = [f"{milliseconds(seconds[clean]):.1f}"]
+            for name in SENSORS:
+                own = f"{instructions} {name}"
+                figure = ratio(seconds, own, clean)
+                ratios.setdefault((instructions, name), []).append(figure)
+                cells.append(f"{milliseconds(seconds[own]):.1f}, {figure:.2f}")
+            table.add_row(scene.name, instructions or "best", *cells)
+    console.print(table)
+    for (instructions, name), figures in ratios.items():
+        what, aim = SENSORS[name]
+        where = instructions or "best instructions"
+        results.add(f"{what}, over clean, {where}, worst scene", None, None, max(figures), aim, False)
+        results.add(f"{what}, over clean, {where}, median of scenes", None, None, float(np.median(figures)), aim, False)
 
 
-def _sensor_over_clean(results: Results, measure: Measure, scene: Scene, pose: NDArray[np.float64]) -> None:
-    camera, caster, materials = rough_tube.camera(), Caster(scene), load_materials()
+SENSORS = {
+    "paper": ("paper noise, holes, 16 bit", 1.15),
+    "right": ("and the right imager's view", 1.9),
+    "d435": ("the d435 profile", 2.2),
+}
+TYPICAL = 2
+"""A frame whose noise is made from three pictures of white noise, which is the mean; frame 0 needs one."""
+
+
+def _sensors(caster: Caster, pose: NDArray[np.float64]) -> dict[str, Work]:
+    camera, materials = rough_tube.camera(), load_materials()
     sensors = {
         "paper": Sensor(caster, camera, PAPER, materials),
         "right": Sensor(caster, camera, (NoiseThatLooksRight(), FillRate()), materials),
         "d435": Sensor(caster, camera, load_profile("d435").effects, materials),
     }
-    out = caster.cast(camera, pose)
+    works: dict[str, Work] = {"clean": partial(caster.cast, camera, pose, out=caster.cast(camera, pose))}
+    for name, sensor in sensors.items():
+        works[name] = partial(sensor.measure, pose, index=TYPICAL, out=sensor.measure(pose))
+    return works
+
+
+def noise_over_numpy(results: Results, measure: Measure) -> None:
+    """The noise step of the paper's sensor against plain NumPy."""
+    scene, camera, materials = load_scene("office"), rough_tube.camera(), load_materials()
+    pose = load_trajectory(None, scene, 30).matrices()[0]
+    out = Caster(scene).cast(camera, pose)
     frame = Frame(
         np.empty(camera.shape, np.float32), out, camera, scene, materials, Motion.still(pose), threads=core_count()
     )
@@ -118,85 +157,40 @@ def _sensor_over_clean(results: Results, measure: Measure, scene: Scene, pose: N
         noisy[random.random(z.shape, dtype=np.float32) < np.float32(0.01)] = 0
         return noisy
 
-    works: dict[str, Work] = {name: partial(s.measure, pose, out=s.measure(pose)) for name, s in sensors.items()}
-    clean = partial(caster.cast, camera, pose, out=caster.cast(camera, pose))
-    seconds = measure(works | {"clean": clean, "noise": noise_step, "numpy": plain_numpy})
-    for what, name, aim in (
-        ("paper noise, holes, 16 bit, over clean", "paper", 1.15),
-        ("and the right imager's view, over clean", "right", 1.9),
-        ("the d435 profile over clean", "d435", 2.2),
-    ):
-        own, base = milliseconds(seconds[name]), milliseconds(seconds["clean"])
-        results.add(f"{what}, {scene.name}", own, base, ratio(seconds, name, "clean"), aim, False)
+    seconds = measure({"noise": noise_step, "numpy": plain_numpy})
     own, other = milliseconds(seconds["noise"]), milliseconds(seconds["numpy"])
-    results.add(f"noise step against plain NumPy, {scene.name}", own, other, ratio(seconds, "numpy", "noise"), 4, True)
+    results.add("plain NumPy over the noise step", own, other, ratio(seconds, "numpy", "noise"), 4, True)
 
 
-def to_disk(results: Results, frames: int) -> None:
-    """Frames a second with and without writing, frames side by side as `depthsim generate` makes them."""
-    scene, camera = rough_tube.tube(300_000), rough_tube.camera()
-    stamps = np.arange(frames) / 30
-    positions = np.stack([stamps, np.full(frames, 0.1), np.full(frames, 0.2)], axis=1)
-    trajectory = Trajectory(stamps, positions, np.tile([-0.5, 0.5, -0.5, 0.5], (frames, 1)))
-    sensor = Sensor(Caster(scene), camera, load_profile("paper").effects)
+def to_disk(results: Results, measure: Measure) -> None:
+    """Frames a second with and without writing."""
     for what, streams, aim in (
         ("depth alone", ("depth",), 0.9),
         ("depth, clean, material, rgb", DEFAULT_STREAMS, 0.8),
     ):
-        maker = FrameMaker(sensor, trajectory, 0, streams)
-        writing, making = [], []
-        for _ in range(3):
-            with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(core_count()) as pool:
-                with RunWriter(Path(folder) / "run", camera, trajectory, {}, streams) as writer:
-                    begin = time.perf_counter()
-                    list(pool.map(lambda index, w=writer, m=maker: w.write_frame(index, m(index)), range(frames)))
-                    writer.finish()
-                    writing.append((time.perf_counter() - begin) / frames)
-                begin = time.perf_counter()
-                list(pool.map(maker, range(frames)))
-                making.append((time.perf_counter() - begin) / frames)
-        share = float(np.median(np.array(making) / np.array(writing)))
-        results.add(
-            f"frames/s on disk over frames/s unwritten, {what}",
-            float(np.median(writing)) * 1e3,
-            float(np.median(making)) * 1e3,
-            share,
-            aim,
-            True,
-        )
+        seconds, frames = on_disk(measure, streams, 24), 24
+        written, made = (milliseconds(seconds[name]) / frames for name in ("written", "made"))
+        share = ratio(seconds, "made", "written")
+        results.add(f"frames/s on disk over frames/s unwritten, {what}", written, made, share, aim, True)
 
 
-def whole_command(results: Results, frames: int, main: Path | None) -> None:
+def command(results: Results, frames: int, main: Path | None, processor_time: bool) -> None:
     """``generate office --only-depth``: how busy the cores are, and how much faster it is than another checkout."""
-    seconds: dict[str, list[float]] = {"ours": [], "main": []}
-    busy = []
-    with tempfile.TemporaryDirectory() as folder:
-        for turn in range(4):  # the first compiles
-            for name, tree in (("ours", Path(__file__).resolve().parents[1]), ("main", main)):
-                if tree is None:
-                    continue
-                command = [sys.executable, "-m", "depthsim", "generate", "office", "--only-depth", "--overwrite"]
-                before, begin = os.times(), time.perf_counter()
-                subprocess.run(
-                    [*command, "--frames", str(frames), "--out", f"{folder}/{name}"],
-                    check=True, capture_output=True, cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)},
-                )  # fmt: skip
-                wall, after = time.perf_counter() - begin, os.times()
-                if turn:
-                    seconds[name].append(wall)
-                if turn and name == "ours":
-                    busy.append((after.children_user - before.children_user) / wall)
-    what = f"generate office --only-depth --frames {frames}"
-    results.add(f"{what}: user time over wall", None, None, max(busy), 1.9, True)
+    trees = {"ours": Path(__file__).resolve().parents[1]} | ({} if main is None else {"main": main})
+    few, many = whole_command(trees, 30), whole_command(trees, frames + 30)
+    what, ours = f"generate office --only-depth --frames {frames}", many["ours"]
+    results.add(f"{what}: user time over wall, start-up and all", None, None, ours.busy, 1.9, True)
     if main is None:
         results.missing(f"{what} against main (--main CHECKOUT)")
         return
-    # The whole command, start-up and all; minima, because whole processes vary.
-    ours, other = min(seconds["ours"]), min(seconds["main"])
-    results.add(f"{what} against main", ours * 1e3, other * 1e3, other / ours, 2, True)
+    kind = "processor" if processor_time else "wall"
+    last, first = ([getattr(times[name], kind) * 1e3 for name in ("ours", "main")] for times in (many, few))
+    results.add(f"{what} against main, start-up and all", *last, last[1] / last[0], 2, True)
+    own, other = ((late - early) / frames for late, early in zip(last, first, strict=True))
+    results.add("the same, a frame once it runs", own, other, other / own, 2, True)
 
 
-def growth(console: Console, rounds: int, quick: bool) -> None:
+def growth(console: Console, measure: Measure, quick: bool) -> None:
     """How cost grows with faces and pixels."""
     table = Table("faces", *("424x240", "848x480", "1280x720"), title="clean / paper, ms a frame")
     scenes = [rough_tube.box(), rough_tube.tube(300_000)] + ([] if quick else [rough_tube.tube(3_000_000)])
@@ -205,9 +199,7 @@ def growth(console: Console, rounds: int, quick: bool) -> None:
         for width, height in ((424, 240), (848, 480), (1280, 720)):
             camera, pose = rough_tube.camera(width, height), rough_tube.view()
             clean, paper = Sensor(caster, camera, ()), Sensor(caster, camera, PAPER)
-            seconds = side_by_side(
-                {"clean": partial(clean.measure, pose), "paper": partial(paper.measure, pose)}, rounds
-            )
+            seconds = measure({"clean": partial(clean.measure, pose), "paper": partial(paper.measure, pose)})
             cells.append(f"{milliseconds(seconds['clean']):.1f} / {milliseconds(seconds['paper']):.1f}")
         table.add_row(f"{len(scene.faces):,}", *cells)
     console.print(table)
@@ -276,6 +268,7 @@ def main() -> None:
     parser.add_argument("--memory-faces", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--processor-time", action="store_true", help="least processor time, for a shared machine")
     parser.add_argument("--main", type=Path, help="another checkout, to compare the whole command with")
+    parser.add_argument("--parts", help="some of cast,sensor,noise,disk,command,growth,start,memory")
     options = parser.parse_args()
     if options.memory_frames:
         memory_over_frames(options.memory_frames)
@@ -292,14 +285,20 @@ def main() -> None:
             return {name: [least] for name, least in least_cpu(works, rounds).items()}
         return side_by_side(works, rounds)
 
-    against_peers(console, results, measure)
-    sensor_over_clean(results, measure)
-    to_disk(results, 20 if options.quick else 100)
-    whole_command(results, 60 if options.quick else 300, options.main)
-    console.print(results.table)
-    growth(console, rounds, options.quick)
-    start_up(console)
-    memory(console, 500 if options.quick else 10_000)
+    parts: dict[str, Callable[[], None]] = {
+        "cast": lambda: against_peers(console, results, measure),
+        "sensor": lambda: sensor_over_clean(console, results, measure),
+        "noise": lambda: noise_over_numpy(results, measure),
+        "disk": lambda: to_disk(results, measure),
+        "command": lambda: command(results, 120 if options.quick else 500, options.main, options.processor_time),
+        "growth": lambda: growth(console, measure, options.quick),
+        "start": lambda: start_up(console),
+        "memory": lambda: memory(console, 500 if options.quick else 10_000),
+    }
+    for name in options.parts.split(",") if options.parts else parts:
+        parts[name]()
+    if results.table.row_count:
+        console.print(results.table)
 
 
 if __name__ == "__main__":

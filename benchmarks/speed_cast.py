@@ -5,7 +5,7 @@ the rows of a narrower set are in their favour.
 """
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rich.table import Table
 
 from benchmarks import peers, rough_tube
-from benchmarks.measuring import Work, milliseconds, ratio
+from benchmarks.measuring import Measure, Work, milliseconds, ratio
 from depthsim.raycast import Caster, embree
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
@@ -23,7 +23,6 @@ from depthsim.trajectory import load_trajectory
 
 SHIPPED = ("office", "tunnel", "corridor", "race", "forest", "wall")
 PEERS = ("bare loop", "Open3D", "Mitsuba")
-Measure = Callable[[Mapping[str, Work]], dict[str, list[float]]]
 
 
 def views() -> Iterator[tuple[Scene, NDArray[np.float64]]]:

@@ -62,14 +62,14 @@ def value_noise(x, y, z):  # noqa: ANN201 - numba
 
 
 @kernel
-def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray_y, depth, shading, tag, image):
-    """image = albedo · light · texture for pixels ``start`` to ``stop``."""
+def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray_y, depth, face, shading, tag, image):
+    """image = albedo · light · texture for pixels ``start`` to ``stop``. shading: (F,) the light on each face."""
     px, py, pz = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
     texture = np.empty(_BLOCK, np.float32)
     for at in range(start, stop, _BLOCK):
         end = min(at + _BLOCK, stop)
         z, x, y, out = depth[at:end], ray_x[at:end], ray_y[at:end], image[at:end]
-        light_here, tags = shading[at:end], tag[at:end]
+        faces, tags = face[at:end], tag[at:end]
         for i in range(z.size):
             px[i] = (pose[0] * x[i] + pose[1] * y[i] + pose[2]) * z[i] + pose[9]
             py[i] = (pose[3] * x[i] + pose[4] * y[i] + pose[5]) * z[i] + pose[10]
@@ -78,6 +78,11 @@ def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray
         for octave in range(wavelengths.size):
             length = wavelengths[octave]
             scale = _f(1) / length
+            shown = _i(0)
+            for i in range(z.size):
+                shown |= _i(length > _f(2) * (z[i] * pixel)) & _i(z[i] > _f(0))
+            if shown == _i(0):
+                continue
             for i in range(z.size):
                 # Full strength from six pixels a wavelength on, none below two.
                 fade = (length / (z[i] * pixel + _f(1e-6)) - _f(2)) * _f(0.25)
@@ -88,7 +93,8 @@ def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray
                 texture[i] += value * fade
         for i in range(z.size):
             t = tags[i]
-            grey = max(albedos[t] * light_here[i] * (_f(1) + contrasts[t] * texture[i]), _f(0))
+            light = shading[max(faces[i], _i(0))]
+            grey = max(albedos[t] * light * (_f(1) + contrasts[t] * texture[i]), _f(0))
             # A square root for the gamma of an 8-bit camera: without it dark surfaces lose their texture.
             out[i] = np.uint8(_i(min(np.sqrt(grey) * _f(255) + _f(0.5), _f(255))))
 
@@ -115,7 +121,6 @@ def intensity_image(
     light = _LIGHT / np.linalg.norm(_LIGHT)
     # Walls are often seen from behind in scenes by others, so the light shines on both sides.
     of_face = 0.45 + 0.55 * np.abs(scene.normals @ light)
-    shading = of_face.astype(np.float32)[np.maximum(geometry.face, 0)]
     split(
         _shade,
         image.size,
@@ -128,7 +133,8 @@ def intensity_image(
         camera.rays[0].reshape(-1),
         camera.rays[1].reshape(-1),
         geometry.depth.reshape(-1),
-        shading.reshape(-1),
+        geometry.face.reshape(-1),
+        of_face.astype(np.float32),
         geometry.tag.reshape(-1),
         image.reshape(-1),
         multiple=_BLOCK,

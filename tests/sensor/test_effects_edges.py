@@ -10,7 +10,7 @@ from depthsim.materials import Materials
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Sensor
 from depthsim.sensor.effects.dropout import IncidenceDropout, MaterialDropout, SpecularDropout
-from depthsim.sensor.effects.edges import EdgeFattening, FlyingPixels
+from depthsim.sensor.effects.edges import EdgeFattening, FlyingPixels, _mix
 from depthsim.sensor.effects.material_noise import MaterialNoise
 from depthsim.sensor.effects.shadow import StereoShadow
 
@@ -130,3 +130,29 @@ def test_other_pixels_keep_every_bit_in_clutter() -> None:
     assert np.array_equal(plain.depth[far_from_edges], flying.depth[far_from_edges])
     assert (plain.depth != flying.depth)[spread > 1.001].mean() > 0.95
     assert (flying.depth > 0)[plain.depth > 0].all()
+
+
+@pytest.mark.parametrize(("width", "reach", "step"), [(7, 1, 0.5), (13, 3, 1.0), (33, 2, 3.0)])
+def test_depths_in_between_by_their_definition(width: int, reach: int, step: float) -> None:
+    """Pictures with holes, pixel by pixel: the kernel looks at a patch of them at once."""
+    random = np.random.default_rng(width)
+    height, focal_baseline = 11, np.float32(10)
+    clean = (focal_baseline / random.choice([1.0, 1.2, 3.0, 9.0], (height, width))).astype(np.float32)
+    clean[random.random(clean.shape) < 0.1] = 0
+    measured = np.where(random.random(clean.shape) < 0.9, clean * np.float32(1.01), np.float32(0))
+    chance, weight = (random.random((3, -(-width // 4)), np.float32) for _ in range(2))
+    depth, wanted = measured.copy(), measured.copy()
+    _mix(
+        0, depth.size, width, reach, np.float32(0.5), np.float32(step), focal_baseline, chance, weight,
+        clean.reshape(-1), measured.reshape(-1), depth.reshape(-1),
+    )  # fmt: skip
+    valid = (clean > 0) & (measured > 0)
+    d = np.where(valid, focal_baseline / np.where(valid, clean, 1), np.nan).astype(np.float32)
+    for v, u in np.argwhere(valid & (chance.repeat(4, 0)[:height].repeat(4, 1)[:, :width] < 0.5)):
+        rows, columns = slice(max(v - reach, 0), v + reach + 1), slice(max(u - reach, 0), u + reach + 1)
+        apart = np.nan_to_num(np.abs(d[rows, columns] - d[v, u]))
+        if apart.max() > step:
+            own, other = measured[v, u], measured[rows, columns].reshape(-1)[apart.argmax()]
+            wanted[v, u] = own * other / (other + weight[v // 4, u // 4] * (own - other))
+    assert (wanted != measured).mean() > 0.05
+    np.testing.assert_array_equal(depth, wanted)

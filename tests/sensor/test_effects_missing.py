@@ -133,6 +133,19 @@ def test_the_shadow_is_what_two_imagers_leave() -> None:
     assert np.array_equal(found, expected)
 
 
+@pytest.mark.parametrize("first", [*range(60, 70), *range(94, 100), 127, 128, 129])
+def test_a_shadow_is_found_wherever_it_begins(first: int) -> None:
+    """The kernel passes over stretches of a row in which nothing begins: a narrow plate at each of their borders."""
+    left, right = column(first, NEAR), column(first + 3, NEAR)
+    caster = Caster(as_scene(quad((left, -5, NEAR), (0, 10, 0), (right - left, 0, 0)), wall(FAR)))
+    hidden = np.zeros(CAMERA.width, np.bool_)
+    hidden[first - round(STEP) : first - round(STEP) + 3] = True
+    exact = measure(StereoShadow(share=1, left=0, right=0), caster=caster).depth == 0
+    np.testing.assert_array_equal(exact, np.broadcast_to(hidden, exact.shape))
+    wider = measure(StereoShadow(share=1, left=0, right=20), caster=caster).depth == 0
+    assert wider[:, first + 3].all() and not wider[:, first : first + 3].any()
+
+
 def test_the_margins_of_the_shadow() -> None:
     # Every twelfth row, as twelve have one margin.
     found = np.concatenate([holes(StereoShadow(), index=n)[::12] for n in range(200)])

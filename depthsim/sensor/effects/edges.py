@@ -10,7 +10,7 @@ from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 
 _f = np.float32
-_ZERO = _f(0)
+_ZERO, _NONE = _f(0), _f(np.nan)
 _PATCH = 4
 """[px] Depths in between come in clumps."""
 
@@ -140,21 +140,30 @@ class EdgeFattening(Effect):
 @kernel
 def _mix(start, stop, width, reach, rate, step, focal_baseline, chance, weight, clean, measured, depth):
     """Mix the pixels of the drawn patches; rows ``start`` to ``stop``, in pixels."""
-    height = clean.size // width
+    height, disparity = clean.size // width, np.empty((2 * reach + 1, _PATCH + 2 * reach), np.float32)
     for v in range(start // width, stop // width):
+        top, below = max(v - reach, 0), min(v + reach + 1, height)
         for patch in range(chance.shape[1]):
             if chance[v // _PATCH, patch] >= rate:
                 continue
-            w = weight[v // _PATCH, patch]
-            for u in range(patch * _PATCH, min(patch * _PATCH + _PATCH, width)):
-                i = v * width + u
-                if measured[i] == _ZERO or clean[i] == _ZERO:
-                    continue
-                own, widest, other = focal_baseline / clean[i], step, -1
-                for y in range(max(v - reach, 0), min(v + reach + 1, height)):
-                    for j in range(y * width + max(u - reach, 0), y * width + min(u + reach + 1, width)):
-                        if clean[j] > _ZERO and measured[j] > _ZERO and abs(focal_baseline / clean[j] - own) > widest:
-                            widest, other = abs(focal_baseline / clean[j] - own), j
+            w, first = weight[v // _PATCH, patch], patch * _PATCH
+            left, end = max(first - reach, 0), min(first + _PATCH + reach, width)
+            least, most = _f(np.inf), _ZERO
+            for y in range(top, below):
+                row = y * width
+                z, m, d = clean[row + left : row + end], measured[row + left : row + end], disparity[y - top]
+                for x in range(z.size):
+                    # What is not a number lies across no edge.
+                    d[x] = focal_baseline / z[x] if (z[x] > _ZERO) & (m[x] > _ZERO) else _NONE
+                    least, most = d[x] if d[x] < least else least, d[x] if d[x] > most else most
+            if not most - least > step:
+                continue
+            for u in range(first, min(first + _PATCH, width)):
+                own, widest, other, i = disparity[v - top, u - left], step, -1, v * width + u
+                for y in range(top, below):
+                    for x in range(max(u - reach, 0), min(u + reach + 1, width)):
+                        if abs(disparity[y - top, x - left] - own) > widest:
+                            widest, other = abs(disparity[y - top, x - left] - own), y * width + x
                 if other >= 0:
                     depth[i] = measured[i] * measured[other] / (measured[other] + w * (measured[i] - measured[other]))
 

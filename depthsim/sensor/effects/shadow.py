@@ -15,6 +15,8 @@ _MOST = _f(4)
 _ROWS, _COLUMNS = 12, 32
 """[px] The patches of the image whose edges have one margin: in those frames the holes' widths are correlated by 0.9
 from row to row, 0.75 over four rows and 0.5 to 0.65 over twelve."""
+_STRETCH = 32
+"""[px] So much of a row is looked at at once."""
 _MEASURED = "640x480 frames of a D435"
 
 
@@ -22,6 +24,15 @@ _MEASURED = "640x480 frames of a D435"
 def _hole_width(median, u):
     """Pixels of a hole, rounded: log-logistic of shape 2, median·√(u / (1 - u))."""
     return np.int32(median * min(np.sqrt(u / (_ONE - u)), _MOST) + _f(0.5))
+
+
+@inlined
+def _begins(d, seen, step):
+    """Whether a shadow or an edge begins among pixels of a row; d: their disparities, after that of the one before."""
+    before, own, some = d[: seen.size], d[1:], np.int32(0)
+    for i in range(seen.size):
+        some |= np.int32(seen[i] == np.uint8(0)) | np.int32(before[i] > own[i] + step)
+    return some != 0
 
 
 @kernel
@@ -35,25 +46,31 @@ def _lose_hidden(start, stop, width, share, left, right, step, focal_baseline, u
         for u in range(width):
             d[u] = focal_baseline / z[u] if z[u] > _ZERO else _ZERO
         first = -1
-        for u in range(width + 1):
-            if u < width and seen[u] == np.uint8(0):
-                # Open background is not seen either, but nothing hides there; a shadow may reach across it.
-                first = u if first < 0 and z[u] > _ZERO else first
-            elif first >= 0:
-                if chance[(u - 1) // _COLUMNS] < share:
-                    near = d[u] - step if u < width else _f(np.inf)
-                    for k in range(first, u):
-                        measured[k] = _ZERO
-                    for k in range(first - 1, max(first - 1 - _hole_width(left, draw[(u - 1) // _COLUMNS]), -1), -1):
-                        if d[k] > near:
+        for begin in range(0, width + 1, _STRETCH):
+            end = min(begin + _STRETCH, width + 1)
+            # Nothing begins in most stretches: a look at all their pixels at once costs a fifth of one at each.
+            if first < 0 and begin > 0 and end <= width and not _begins(d[begin - 1 : end], seen[begin:end], step):
+                continue
+            for u in range(begin, end):
+                if u < width and seen[u] == np.uint8(0):
+                    # Open background is not seen either, but nothing hides there; a shadow may reach across it.
+                    first = u if first < 0 and z[u] > _ZERO else first
+                elif first >= 0:
+                    if chance[(u - 1) // _COLUMNS] < share:
+                        near = d[u] - step if u < width else _f(np.inf)
+                        for k in range(first, u):
+                            measured[k] = _ZERO
+                        wider = _hole_width(left, draw[(u - 1) // _COLUMNS])
+                        for k in range(first - 1, max(first - 1 - wider, -1), -1):
+                            if d[k] > near:
+                                break
+                            measured[k] = _ZERO
+                    first = -1
+                if 0 < u < width and d[u - 1] > d[u] + step and chance[u // _COLUMNS] < share:
+                    for k in range(u, min(u + _hole_width(right, draw[u // _COLUMNS]), width)):
+                        if d[k] > d[u - 1] - step:
                             break
                         measured[k] = _ZERO
-                first = -1
-            if 0 < u < width and d[u - 1] > d[u] + step and chance[u // _COLUMNS] < share:
-                for k in range(u, min(u + _hole_width(right, draw[u // _COLUMNS]), width)):
-                    if d[k] > d[u - 1] - step:
-                        break
-                    measured[k] = _ZERO
 
 
 class StereoShadow(Effect):
