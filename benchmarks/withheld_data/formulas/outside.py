@@ -163,7 +163,7 @@ class DirtyCover(Formula):
     """Specks on the glass that stay where they are: holes in fixed places of the image, in many small patches."""
 
     effect = "fixed_holes"
-    statistic = "lost"
+    statistic = "holes"
     span = (1e-3, 0.9)
     axes = ("image_position", "image_row", "image_column", "frame_neighbours", "pixel_neighbours")
 
@@ -295,7 +295,7 @@ class DarkBar(Formula):
     """A bar of rows without depth wanders over the image: a lamp's beat against the shutter."""
 
     effect = "wandering_bar"
-    statistic = "lost"
+    statistic = "holes"
     span = (2e-3, 1.0)
     axes = ("time", "image_row", "image_position", "pixel_neighbours", "frame_neighbours")
 
