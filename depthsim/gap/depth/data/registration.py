@@ -174,6 +174,8 @@ class _Work:
         for _ in range(ROUNDS):
             self._cast()
             self._solve()
+        if not self._helps():
+            self.variance, self.random = np.zeros(6), np.zeros_like(self.random)
         covariance = self._posterior()
         errors = self._errors()
         return Registration(np.array(self.frames, np.int64), self.stamps, self.random, covariance, errors)
@@ -247,7 +249,7 @@ class _Work:
         matrix, right = np.diag(self.look.priors**-2.0), np.zeros(self.count)
         root = np.sqrt(self.broad)
         for halves in self.halves:
-            jj, jn, nn, j, n = (sum(getattr(e, name) for e in halves) for name in ("jj", "jn", "nn", "j", "n"))
+            jj, jn, nn, j, n = _sum(halves)
             inner = np.linalg.inv(self.inflation * np.eye(6) + root[:, None] * jj * root)
             gain = jn.T @ (root[:, None] * inner * root)
             matrix += (nn - gain @ jn) / self.inflation
@@ -269,11 +271,14 @@ class _Work:
         weight = 1 / (size + np.einsum("fij,j->fi", design, self.broad))
         rows = (weight[:, :, None] * design * self.broad).reshape(-1, 6)
         found = nnls(rows, (weight * said[0] * said[1]).reshape(-1))[0] * self.broad
-        solved = np.linalg.pinv(rows, rcond=1e-4).reshape(6, *said.shape[1:]) * weight * self.broad[:, None, None]
+        # What no frame resolves gets a huge error here, and counts as not shown.
+        inverse = np.linalg.inv(rows.T @ rows + 1e-14 * np.eye(6))
+        solved = (inverse @ rows.T).reshape(6, *said.shape[1:]) * weight * self.broad[:, None, None]
         alike = self._alike((said[0] - said[1]) / np.sqrt(expected.sum(axis=0)))
         chance = [np.einsum("fi,gi,fg->", part * size, part * size, alike**2) for part in solved]
         frames = max(len(self.frames), 2)
-        return found * frames / (frames - 1), np.sqrt(chance)
+        error = np.sqrt(chance)
+        return np.where(np.sqrt(error) < _SEEN * _FINE, found * frames / (frames - 1), 0.0), error
 
     def _halves_say(self) -> tuple[Floats, Floats, Floats]:
         """What each half says of the motions (2, frames, 6), what part of them (2, frames, 6, 6), and its variance."""
@@ -310,10 +315,29 @@ class _Work:
     def _predicted(self, halves: Sequence[_Equations]) -> tuple[Floats, Floats]:
         """The motion of one frame, shrunk by its uncertainty, and the covariance of its error."""
         root = np.sqrt(self.variance)
-        jj, left = sum(e.jj for e in halves), sum(e.left(self.beta) for e in halves)
+        jj, jn, _, j, _ = _sum(halves)
+        left = j - jn @ self.beta
         inner = np.linalg.inv(self.inflation * np.eye(6) + root[:, None] * jj * root)
         gain = root[:, None] * inner * root
         return gain @ left, gain * self.inflation
+
+    def _helps(self) -> bool:
+        """Whether the motions lower the residuals by themselves, and not only as the counterpart of a nuisance.
+
+        A drift and a motion that undo each other leave the poses where they were.
+        """
+        static = np.ones(self.count, np.bool_)
+        static[self.look.in_time] = False
+        squares = []
+        for motions in (np.zeros_like(self.random), self.random):
+            matrix, right, size = np.diag(self.look.priors[static] ** -2.0), np.zeros(np.count_nonzero(static)), 0.0
+            for halves, motion in zip(self.halves, motions, strict=True):
+                jj, jn, nn, j, n = _sum(halves)
+                matrix = matrix + nn[np.ix_(static, static)]
+                right = right + (n - motion @ jn)[static]
+                size += float(motion @ jj @ motion - 2 * motion @ j)
+            squares.append(size - float(right @ np.linalg.solve(matrix, right)))
+        return squares[1] < squares[0]
 
     def _posterior(self) -> Floats:
         return np.array([self._predicted(halves)[1] for halves in self.halves])
@@ -336,7 +360,7 @@ class _Work:
             constant_error=self.beta_error[:6],
             late=float(self.beta[6]),
             late_error=float(self.beta_error[6]),
-            removed=self._removed(),
+            removed=self._removed() if self.variance.any() else 0.0,
         )
 
     def _correlation_time(self) -> float:
@@ -382,6 +406,14 @@ def _equations(rigid: Floats, nuisance: Floats, target: Floats, weight: Floats) 
     heavy = both * weight[:, None]
     whole, right = heavy.T @ both, heavy.T @ target
     return _Equations(whole[:6, :6], whole[:6, 6:], whole[6:, 6:], right[:6], right[6:])
+
+
+def _sum(parts: Sequence[_Equations]) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """jj, jn, nn, j, n of some parts together."""
+    jj, jn, nn, j, n = (
+        np.sum([getattr(part, name) for part in parts], axis=0) for name in ("jj", "jn", "nn", "j", "n")
+    )
+    return jj, jn, nn, j, n
 
 
 def _twist(motion: Motion, stamp: float, step: float = 0.015) -> Floats:

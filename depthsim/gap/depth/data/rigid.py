@@ -7,6 +7,7 @@ in which a stereo camera's noise is alike at all ranges.
 """
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +137,9 @@ class Look:
         mount, camera = [0.1] * 3 + [0.1] * 3, [0.2, 0.1, 0.1, 0.2, 0.2]
         pattern = [0.2] * (_PATTERN[0] * _PATTERN[1])
         return np.array([*mount, *camera, *[0.1] * _DRIFT, *[2.0] * len(self.knots), *pattern])
+
+    in_time: ClassVar[list[int]] = [6, 7, *range(11, 11 + _DRIFT)]
+    """The nuisances that change with time or motion: stamps, rows, drift."""
 
     def _halves(self) -> NDArray[np.int8]:
         height, width = self.camera.shape
