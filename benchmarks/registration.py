@@ -3,8 +3,8 @@
     ./run python benchmarks/registration.py [CASE ...] [--scene office] [--frames 60] [--size 320 180]
 
 The errors of poses are of other formulas than `pose_noise`: a walk that is pulled back, and a chain of joints whose
-encoders have steps. For each case: what the poses are off by, truly and as found, the root mean square of what is left of
-the errors after registration, and what is told of the constant part.
+encoders have steps. For each case: what the poses are off by, truly and as found, the root mean square of what is left
+of the errors after registration, and what is told of the constant part.
 """
 
 import argparse

@@ -1,9 +1,9 @@
 """How far the poses of a recording are off from frame to frame, and the poses without that.
 
-A frame's residuals are explained by three parts together: what the sensor does alike in all frames (a bias by pixel and
-by disparity, a lens, a scale that drifts, a mount that is turned, stamps that are late, rows one after another: the
-nuisances of :mod:`~depthsim.gap.depth.data.rigid`), a rigid motion of the frame's own, and noise. The first is left in the
-recording; only the second is an error of its poses. It is a mixed linear model: the rigid motions are random with a
+A frame's residuals are explained by three parts together: what the sensor does alike in all frames (a bias by pixel
+and by disparity, a lens, a scale that drifts, a mount that is turned, stamps that are late, rows one after another:
+the nuisances of :mod:`~depthsim.gap.depth.data.rigid`), a rigid motion of the frame's own, and noise. The first is
+left in the recording; only the second is an error of its poses. It is a mixed linear model: the rigid motions are random with a
 variance for each direction, which is estimated too, so a direction that the scene does not show, or that varies by no
 more than chance, is left at zero (shrunk to it, as best linear unbiased prediction does).
 
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from depthsim.gap.depth.data.rigid import Floats, Look
+from depthsim.kernels import kernel
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster
 from depthsim.runs import Run
@@ -58,8 +59,8 @@ class PoseErrors:
     pooled: the standard deviation of a turn [rad] and of a shift [m], those about or along all axes together.
     constant: (6,) what is alike in all frames, and is left in: a turned or shifted mount. late: [s] what the poses
     say is so much after the stamps; left in, too. constant_error, late_error: their standard errors, large where the
-    recording does not tell them apart from each other or from the camera's own errors. removed: the share of the residuals' variance, beyond what does not
-    change with the frames, that the motions found on one half of the pixels remove from the other.
+    recording does not tell them apart from each other or from the camera's own errors. removed: of what rigid motions
+    explain on one half of the pixels, the share that those found on the other half remove.
     """
 
     deviation: Floats
@@ -155,8 +156,7 @@ class _Work:
         self.look = Look.at(run, caster)
         self._each(self.look.load)
         self.look.cut_disparities(self.frames[:: max(1, len(self.frames) // 20)])
-        motion = Motion.along(run.trajectory, run.truth)
-        self.twists = {i: _twist(motion, float(run.stamps[i])) for i in self.frames}
+        self.motion = Motion.along(run.trajectory, run.truth)
         self.stamps = np.array([float(run.stamps[i]) for i in self.frames])
         self.count = len(self.look.priors)
         self.beta = np.zeros(self.count)
@@ -180,25 +180,23 @@ class _Work:
         errors = self._errors()
         return Registration(np.array(self.frames, np.int64), self.stamps, self.random, covariance, errors)
 
-    def _now(self, k: int) -> Floats:
-        """(6,) where frame ``k`` of those looked at is, as far as is known, from where its pose says."""
-        return self.beta[:6] + self.beta[6] * self.twists[self.frames[k]] + self.random[k]
-
     def _cast(self) -> None:
         """The normal equations of every frame's halves, from where it is by now."""
         place = {index: k for k, index in enumerate(self.frames)}
 
         def one(index: int) -> tuple[list[_Equations], Floats, Floats]:
-            now = self._now(place[index])
-            pose = np.array(self.run.poses[index])
-            pose[:3, 3] += pose[:3, :3] @ now[3:]
-            pose[:3, :3] = pose[:3, :3] @ turned(now[:3])
-            seen = self.look.frame(index, pose, self.twists[index])
+            # Where the frame was taken, as far as is known by now.
+            stamp = float(self.run.stamps[index]) + self.beta[6]
+            off, twist = self.beta[:6] + self.random[place[index]], _twist(self.motion, stamp)
+            pose = self.motion.at(stamp)[0]
+            pose[:3, 3] += pose[:3, :3] @ off[3:]
+            pose[:3, :3] = pose[:3, :3] @ turned(off[:3])
+            seen = self.look.frame(index, pose, twist)
             other = seen.residual - seen.nuisance[:, 7:] @ self.beta[7:]
             noise = self._noise_at(seen.disparity, other)
             inside = np.abs(other) < _TUKEY * noise
             weight = np.where(inside, (1 - (other / (_TUKEY * noise)) ** 2) ** 2, 0) / noise**2
-            target = seen.residual + seen.rigid @ now
+            target = seen.residual + seen.rigid @ (off + self.beta[6] * twist)
             halves = []
             for which in (0, 1, 2):
                 own = (seen.half == which) & inside
@@ -273,11 +271,12 @@ class _Work:
         found = nnls(rows, (weight * said[0] * said[1]).reshape(-1))[0] * self.broad
         # What no frame resolves gets a huge error here, and counts as not shown.
         inverse = np.linalg.inv(rows.T @ rows + 1e-14 * np.eye(6))
+        dark = np.diag(rows.T @ rows) < 1e-12
         solved = (inverse @ rows.T).reshape(6, *said.shape[1:]) * weight * self.broad[:, None, None]
         alike = self._alike((said[0] - said[1]) / np.sqrt(expected.sum(axis=0)))
         chance = [np.einsum("fi,gi,fg->", part * size, part * size, alike**2) for part in solved]
         frames = max(len(self.frames), 2)
-        error = np.sqrt(chance)
+        error = np.where(dark, np.inf, np.sqrt(np.maximum(chance, 1e-40)))
         return np.where(np.sqrt(error) < _SEEN * _FINE, found * frames / (frames - 1), 0.0), error
 
     def _halves_say(self) -> tuple[Floats, Floats, Floats]:
@@ -298,7 +297,7 @@ class _Work:
         count = len(noise)
         apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
         clipped = np.clip(noise, -3, 3)
-        power = float((clipped**2).mean())
+        power = max(float((clipped**2).mean()), 1e-30)
         law = np.zeros(count)
         for k in range(min(count - 1, _LAGS)):
             law[k] = (clipped[k:] * clipped[: count - k]).mean() / power
@@ -403,9 +402,23 @@ class _Work:
 
 def _equations(rigid: Floats, nuisance: Floats, target: Floats, weight: Floats) -> _Equations:
     both = np.hstack([rigid, nuisance])
-    heavy = both * weight[:, None]
-    whole, right = heavy.T @ both, heavy.T @ target
+    whole, right = np.zeros((both.shape[1],) * 2), np.zeros(both.shape[1])
+    _gather(both, weight, target, whole, right)
     return _Equations(whole[:6, :6], whole[:6, 6:], whole[6:, 6:], right[:6], right[6:])
+
+
+@kernel
+def _gather(columns, weight, target, whole, right):
+    """whole += columns' · weight · columns, right += columns' · weight · target; BLAS's threads would be in the way."""
+    count = columns.shape[1]
+    for p in range(columns.shape[0]):
+        row = columns[p]
+        for i in range(count):
+            heavy = weight[p] * row[i]
+            right[i] += heavy * target[p]
+            line = whole[i]
+            for j in range(count):
+                line[j] += heavy * row[j]
 
 
 def _sum(parts: Sequence[_Equations]) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -426,5 +439,5 @@ def _twist(motion: Motion, stamp: float, step: float = 0.015) -> Floats:
 
 def _pooled(variance: Floats, error: Floats) -> tuple[Floats, Floats]:
     """(2,) of turns and of shifts together: the mean of three variances by their errors, and its error."""
-    weight = error.reshape(2, 3) ** -2.0
+    weight = np.maximum(error.reshape(2, 3) ** -2.0, 1e-30)
     return (weight * variance.reshape(2, 3)).sum(axis=1) / weight.sum(axis=1), weight.sum(axis=1) ** -0.5

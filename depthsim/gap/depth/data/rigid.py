@@ -1,9 +1,9 @@
 """What a rigid motion of the camera, and what errors of a sensor, do to the disparities of one frame, to first order.
 
-A frame is taken at a pose that is off by ξ = (turn [rad], shift [m]), in the camera's own axes: pose · exp(ξ). A pixel
-that sees a plane with normal n through the depth z along the ray q = (x, y, 1) then has its disparity f·b / z changed by
-f·b / (z² n·q) · n·shift + f·b / (z n·q) · (q × n)·turn: point-to-plane registration (Chen and Medioni 1992), in the unit
-in which a stereo camera's noise is alike at all ranges.
+A frame is taken at a pose that is off by ξ = (turn [rad], shift [m]), in the camera's own axes: pose · exp(ξ). A
+pixel that sees a plane with normal n through the depth z along the ray q = (x, y, 1) then has its disparity f·b / z
+changed by f·b / (z² n·q) · n·shift + f·b / (z n·q) · (q × n)·turn: point-to-plane registration (Chen and Medioni
+1992), in the unit in which a stereo camera's noise is alike at all ranges.
 """
 
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ from depthsim.runs import Run
 from depthsim.sensor.effects.fixed_pattern import spline
 
 Floats = NDArray[np.float64]
-_SAMPLES = 5_000
+SAMPLES = 5_000
 """Pixels that are looked at in a frame, about."""
 _JUMP = 0.03
 """Neighbouring samples that leave the tangent plane by this share of the depth are at an edge or a curve."""
@@ -40,7 +40,7 @@ _DRIFT = 3
 class Frame:
     """One frame's pixels that can tell. residual: measured minus cast disparity [px]. rigid: (pixels, 6) what a turn
     [rad] and a shift [m] do to it. nuisance: (pixels, nuisances), see :class:`Look`. disparity: cast [px].
-    half: 0 or 1, 2 where in neither.
+    half: 0 or 1, 2 where in neither. place: number of the pixel among those that are looked at.
     """
 
     residual: Floats
@@ -48,6 +48,7 @@ class Frame:
     nuisance: Floats
     disparity: Floats
     half: NDArray[np.int8]
+    place: NDArray[np.intp]
 
 
 @dataclass
@@ -68,10 +69,10 @@ class Look:
     trusted: dict[int, NDArray[np.bool_]] = field(default_factory=dict)
 
     @classmethod
-    def at(cls, run: Run, caster: Caster) -> "Look":
-        """At about ``_SAMPLES`` pixels of each frame."""
+    def at(cls, run: Run, caster: Caster, samples: int = SAMPLES) -> "Look":
+        """At about ``samples`` pixels of each frame."""
         full = run.camera
-        stride = max(1, round(np.sqrt(full.width * full.height / _SAMPLES)))
+        stride = max(1, round(np.sqrt(full.width * full.height / samples)))
         rays = np.ascontiguousarray(full.rays[:, stride // 2 :: stride, stride // 2 :: stride])
         camera = full.model_copy(update={"width": rays.shape[2], "height": rays.shape[1]})
         return cls(run, caster, camera, stride, rays, (float(run.stamps[0]), float(run.stamps[-1])))
@@ -87,8 +88,8 @@ class Look:
         """Place the knots where the disparities are."""
         depth = np.concatenate([self.measured[i][self.measured[i] > 0] for i in frames] or [np.ones(1)])
         shares = np.linspace(0.01, 0.99, _RANGES)
-        found = np.quantile(self.run.camera.focal_baseline / depth, shares) if depth.size else np.ones(1)
-        self.knots = np.unique(np.round(found, 3))
+        found = np.quantile(self.run.camera.focal_baseline / depth, shares) if depth.size else np.ones(_RANGES)
+        self.knots = found + 1e-3 * np.arange(_RANGES)  # so that no two are alike
 
     def frame(self, index: int, pose: Floats, twist: Floats) -> Frame:
         """A frame against the scene as seen from ``pose``. twist: (6,) the camera's velocity, [rad/s] and [m/s]."""
@@ -107,7 +108,7 @@ class Look:
         rows, columns = np.nonzero(use)
         bent = d / a * (n[0] * x + n[1] * y) * (x * x + y * y)
         nuisance = self._nuisances(index, rigid, twist, d, bent, rows, columns)
-        return Frame(fb / measured[use] - d, rigid, nuisance, d, self._halves()[use])
+        return Frame(fb / measured[use] - d, rigid, nuisance, d, self._halves()[use], np.flatnonzero(use))
 
     def _nuisances(
         self,
@@ -126,7 +127,7 @@ class Look:
         angle = 2 * np.pi * disparity
         hats = [np.interp(disparity, self.knots, unit) for unit in np.eye(len(self.knots))]
         down, across = spline(_PATTERN[0], height)[rows], spline(_PATTERN[1], width)[columns]
-        pattern = (down[:, :, None] * across[:, None, :]).reshape(len(rows), -1)
+        pattern = (down[:, :, None] * across[:, None, :]).reshape(len(rows), _PATTERN[0] * _PATTERN[1])
         drifts = [-disparity * time**k for k in range(1, _DRIFT + 1)]
         parts = [rigid.T, moved, moved * ((rows + 0.5) / height - 0.5), bent, np.sin(angle), np.cos(angle), *drifts]
         return np.vstack([*parts, *hats, pattern.T]).T
