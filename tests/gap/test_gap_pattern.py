@@ -60,7 +60,7 @@ class Off(Run):
 
 @pytest.fixture(scope="module")
 def clean(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return make_room_run(tmp_path_factory.mktemp("pattern") / "run", frames=24)
+    return make_room_run(tmp_path_factory.mktemp("pattern") / "run", frames=23)
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ def test_a_mount_that_is_turned_and_a_scale_are_no_patterns(clean: Run, caster: 
     (tmp_path / "own.yaml").write_text(
         "effects: [extrinsic_rotation: {x: 0.4, y: -0.3, z: 0.2}, disparity_offset: {offset: 0.1}]", encoding="utf-8"
     )
-    run = make_room_run(tmp_path / "run", str(tmp_path / "own.yaml"), frames=24)
+    run = make_room_run(tmp_path / "run", str(tmp_path / "own.yaml"), frames=23)
     found = learn(off(run), caster)
     assert found.removed < 0.1
 

@@ -3,9 +3,9 @@
 A frame's residuals are explained by three parts together: what the sensor does alike in all frames (a bias by pixel
 and by disparity, a lens, a scale that drifts, a mount that is turned, stamps that are late, rows one after another:
 the nuisances of :mod:`~depthsim.gap.depth.data.rigid`), a rigid motion of the frame's own, and noise. The first is
-left in the recording; only the second is an error of its poses. It is a mixed linear model: the rigid motions are random with a
-variance for each direction, which is estimated too, so a direction that the scene does not show, or that varies by no
-more than chance, is left at zero (shrunk to it, as best linear unbiased prediction does).
+left in the recording; only the second is an error of its poses. It is a mixed linear model: the rigid motions are
+random with a variance for each direction, which is estimated too, so a direction that the scene does not show, or that
+varies by no more than chance, is left at zero (shrunk to it, as best linear unbiased prediction does).
 
 The variances are free of the noise: they are the covariance of what two halves of the pixels say, and noise is not in
 common to both. The halves are tiles with margins between them, because noise of neighbouring pixels is.
@@ -24,6 +24,7 @@ from depthsim.kernels import kernel
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster
 from depthsim.runs import Run
+from depthsim.sensor.effects.pose_noise import PoseNoise
 from depthsim.sensor.motion import Motion
 from depthsim.trajectory import Trajectory
 from depthsim.trajectory.rotation import multiply, turned
@@ -40,6 +41,8 @@ _SURE = 3.0
 """A variance that is not above this many of its standard errors is none."""
 _SEEN = 10.0
 """Where chance is more than this many of ``_FINE`` the scene does not show a direction."""
+_LEAST_FRAMES = 6
+"""Of fewer frames nobody knows what is alike in all of them."""
 _TUKEY = 4.685
 _MEDIAN_SQUARE = 0.455
 """The median of the square of a standard normal number."""
@@ -87,6 +90,12 @@ class PoseErrors:
     def translation(self) -> float:
         """Standard deviation of a shift along an axis that the scene shows [m]."""
         return self.pooled[1]
+
+    def effect(self) -> PoseNoise:
+        """The effect that puts a simulated camera where this one was, by the law of its errors."""
+        time = float(f"{np.nan_to_num(self.correlation_time):.4g}")
+        turn, shift = (float(f"{value:.4g}") for value in (self.rotation, self.translation))
+        return PoseNoise(rotation=min(turn, 20.0), translation=min(shift, 0.5), correlation_time=time)
 
     @property
     def text(self) -> str:
@@ -239,7 +248,7 @@ class _Work:
         self.beta = self._nuisances()
         pooled, chance = (np.repeat(part, 3) for part in _pooled(self.found, self.chance))
         sure = (self.found > _SURE * self.chance) | (pooled > _SURE * chance)
-        self.variance = np.where(sure, self.found, 0.0)
+        self.variance = np.where(sure & (len(self.frames) >= _LEAST_FRAMES), self.found, 0.0)
         self.random = np.array([self._predicted(halves)[0] for halves in self.halves])
 
     def _nuisances(self) -> Floats:
@@ -299,7 +308,7 @@ class _Work:
         clipped = np.clip(noise, -3, 3)
         power = max(float((clipped**2).mean()), 1e-30)
         law = np.zeros(count)
-        for k in range(min(count - 1, _LAGS)):
+        for k in range(min(count, _LAGS)):
             law[k] = (clipped[k:] * clipped[: count - k]).mean() / power
         return law[apart]
 
@@ -392,12 +401,10 @@ class _Work:
         for k, halves in enumerate(self.halves):
             for h in (0, 1):
                 e, other = halves[h], said[1 - h, k]
-                gained += float(2 * other @ e.left(self.beta) - other @ e.jj @ other)
-                whole += float(self._squares(e))
+                left = e.left(self.beta)
+                gained += float(2 * other @ left - other @ e.jj @ other)
+                whole += float(left @ np.linalg.solve(e.jj + 1e-9 * np.trace(e.jj) * np.eye(6) + 1e-12, left))
         return gained / whole if whole > 0 else 0.0
-
-    def _squares(self, e: _Equations) -> float:
-        return e.left(self.beta) @ np.linalg.solve(e.jj + 1e-9 * np.trace(e.jj) * np.eye(6) + 1e-12, e.left(self.beta))
 
 
 def _equations(rigid: Floats, nuisance: Floats, target: Floats, weight: Floats) -> _Equations:

@@ -86,7 +86,7 @@ class Look:
 
     def cut_disparities(self, frames: list[int]) -> None:
         """Place the knots where the disparities are."""
-        depth = np.concatenate([self.measured[i][self.measured[i] > 0] for i in frames] or [np.ones(1)])
+        depth = np.concatenate([np.empty(0, np.float32), *(self.measured[i][self.measured[i] > 0] for i in frames)])
         shares = np.linspace(0.01, 0.99, _RANGES)
         found = np.quantile(self.run.camera.focal_baseline / depth, shares) if depth.size else np.ones(_RANGES)
         self.knots = found + 1e-3 * np.arange(_RANGES)  # so that no two are alike

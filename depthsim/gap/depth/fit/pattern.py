@@ -3,7 +3,8 @@
 What a pixel's disparity is off by, averaged over frames, holds the pattern and noise. What the averages of two parts
 of the frames have in common is the pattern alone: its variance, and the lag at which its correlation is a half. These
 two make it a Gaussian process, of which the averages are noisy values; the grid is its posterior mean (kriging), which
-is shrunk to 0 where the averages say little. Whatever a mount, a lens or a bias by range explains as well is left to them.
+is shrunk to 0 where the averages say little. Whatever a turned mount, a scale or an offset explains as well is left to
+them.
 """
 
 from collections.abc import Iterable, Sequence
@@ -98,7 +99,9 @@ class _Learner:
             self.look.load(index)
         self.look.cut_disparities(list(frames))
         self.shape = self.look.camera.shape
-        self.seen = []
+        self.seen: list[tuple[Floats, Floats, NDArray[np.intp]]] = []
+        self.beta: Floats
+        self.center: Floats
         for index in frames:
             frame = self.look.frame(index, run.poses[index], np.zeros(6))
             self.seen.append(
@@ -143,7 +146,7 @@ class _Learner:
             weight = self._weights(residual - nuisance @ self.beta, place)
             matrix += np.einsum("pi,p,pj->ij", nuisance, weight, nuisance, optimize=True) / self.scale**2
             right += nuisance.T @ (weight * target) / self.scale**2
-        self.beta = np.linalg.solve(matrix, right)
+        self.beta = np.asarray(np.linalg.solve(matrix, right), np.float64)
         self._center()
 
     def _center(self) -> None:
