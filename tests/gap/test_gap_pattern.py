@@ -9,6 +9,7 @@ import pytest
 from recordings import ROOM_CAMERA, make_room_run
 from shapes import Array
 
+from depthsim.gap.depth.data.registration import register
 from depthsim.gap.depth.fit.pattern import Pattern, learn
 from depthsim.raycast import Caster
 from depthsim.runs import Run
@@ -124,3 +125,19 @@ def test_a_mount_that_is_turned_and_a_scale_are_no_patterns(clean: Run, caster: 
 def test_no_pixel_in_sight(clean: Run, caster: Caster) -> None:
     empty = off(clean, bias=np.full((HEIGHT, WIDTH), -1e3))
     assert learn(empty, caster).is_none
+
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+
+
+@pytest.mark.parametrize(
+    ("name", "amplitude", "removed"), [("aligned_table", (0.06, 0.15), 0.5), ("d435_floor", (0.03, 0.09), 0.1)]
+)
+def test_real_cameras_have_one(name: str, amplitude: tuple[float, float], removed: float) -> None:
+    if not (DATA / name).is_dir():
+        pytest.skip(f"shared/data/{name} is not beside the repository")
+    run = Run.open(DATA / name)
+    caster = Caster(load_scene(run.path / "scene.obj"))
+    found = learn(run, caster, range(0, len(run), 1 if len(run) < 40 else 4))
+    assert amplitude[0] < found.amplitude < amplitude[1] and found.removed > removed and not found.is_none
+    assert register(run, caster).errors.is_none  # the poses were fitted to these frames

@@ -118,14 +118,13 @@ class _Learner:
 
     def learned(self) -> Pattern:
         pattern = np.zeros(self.shape)
-        self.beta, self.rough = np.zeros(len(self.priors)), 0.0
+        self.beta = np.zeros(len(self.priors))
         for _ in range(_ROUNDS):
             self._fit_static(pattern.reshape(-1))
             sums = [self._sum(chunk) for chunk in self.chunks]
             found, size = self._size_of(sums)
             grid = self._krige(_total(sums), sums, found, size)
             pattern = picture(grid, self.shape)
-            self.rough = self._rough(_total(sums), pattern)
         removed, error = self._removed(sums, found, size)
         return Pattern(
             grid=grid,
@@ -214,10 +213,9 @@ class _Learner:
             return np.zeros(knots)
         down, across = (spline(k, n) for k, n in zip(knots, self.shape, strict=True))
         noise = self._noise_of(sums)
-        shrunk = noise / (noise + self.rough * whole.weight)  # what is finer than the grid repeats as well
-        gram = np.einsum("vi,vu,vk->iku", down, shrunk * whole.weight, down, optimize=True)
+        gram = np.einsum("vi,vu,vk->iku", down, whole.weight, down, optimize=True)
         gram = np.einsum("iku,uj,ul->ijkl", gram, across, across, optimize=True).reshape(np.prod(knots), -1)
-        right = np.einsum("vi,vu,uj->ij", down, shrunk * whole.error, across, optimize=True).reshape(-1)
+        right = np.einsum("vi,vu,uj->ij", down, whole.error, across, optimize=True).reshape(-1)
         steps = [(n - 1) / (k - 1) for k, n in zip(knots, self.shape, strict=True)]
         laws = [
             2.0 ** -((np.subtract.outer(np.arange(k), np.arange(k)) * s / size) ** 2)
@@ -235,11 +233,6 @@ class _Learner:
         per = np.where(both, 1 / np.where(both, a.weight, 1) + 1 / np.where(both, b.weight, 1), 1)
         apart = np.where(both, a.error / np.where(both, a.weight, 1) - b.error / np.where(both, b.weight, 1), 0)
         return max(self._over_area(apart / np.sqrt(per), both), _LEAST_NOISE**2)
-
-    def _rough(self, whole: _Sums, pattern: Floats) -> float:
-        """[px²] the variance of what the grid leaves of the averages, times the pixels over which it is correlated."""
-        known = whole.weight > 0
-        return self._over_area(np.where(known, whole.error / np.where(known, whole.weight, 1) - pattern, 0), known)
 
     def _over_area(self, values: Floats, known: NDArray[np.bool_]) -> float:
         """The sum of the covariances of ``values`` over the lags; at least the variance."""
