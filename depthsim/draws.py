@@ -9,6 +9,7 @@ The kernels work in blocks of 256 numbers: Philox gives four words a step, so th
 """
 
 import hashlib
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -150,6 +151,12 @@ class Draws:
         self.key = np.frombuffer(digest, "<u4").astype(np.uint32)
         self.frame = frame
         self._threads, self._scratch = threads, scratch
+
+    def of_frame(self, frame: int) -> "Draws":
+        """The same effect's numbers in another frame, in memory of their own."""
+        other = copy(self)
+        other.frame, other._scratch = frame, None
+        return other
 
     def empty(self, shape: tuple[int, ...]) -> NDArray[np.float32]:
         """Float32 numbers to be written; with ``scratch`` they are good until the frame is finished."""

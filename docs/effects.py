@@ -17,7 +17,7 @@ from depthsim.presets import preset
 from depthsim.raycast import Caster
 from depthsim.runs.terminal import depth_span, turbo
 from depthsim.scenefile import load_scene
-from depthsim.sensor import Effect, Sensor, Stage, effect_class, effect_ids, parameters_of
+from depthsim.sensor import Effect, Sensor, Stage, effect_class, effect_ids, learned_of, parameters_of
 from depthsim.sensor.motion import Motion
 from depthsim.trajectory import load_trajectory
 
@@ -87,10 +87,13 @@ def entry(kind: type[Effect]) -> str:
         low, high = ("", "") if one.by_material else (number(one.low), number(one.high))
         cells = [f"`{name}`", number(one.default), low, high, neutral + ("*" if alone else ""), one.unit]
         rows.append("| " + " | ".join([*cells, one.about, one.source]) + " |")
+    tables = [
+        f"\n`{name}`, a table that is learned from a recording: {about}." for name, about in learned_of(kind).items()
+    ]
     along = both([axis.replace("_", " ") for axis in kind.axes]) if kind.axes else "no axis, alike everywhere"
     kinds = both([_KINDS.get(one, one) for one in kind.kinds])
     text.append(f"Makes a gap of {kinds} along {along}. What to record to distinguish it: {kind.recording}.\n")
-    return "\n".join([*text, *rows, "", f"Source: {kind.source}.\n"])
+    return "\n".join([*text, *rows, *tables, "", f"Source: {kind.source}.\n"])
 
 
 def formats(text: str) -> str:

@@ -2,7 +2,7 @@
 
 from depthsim.sensor.effect import Axis, Effect, Kind, Stage, effect_class, effect_ids
 from depthsim.sensor.frame import Frame
-from depthsim.sensor.parameter import Setting, by_material, parameter, parameters_of
+from depthsim.sensor.parameter import Setting, by_material, learned, learned_of, parameter, parameters_of
 from depthsim.sensor.profile import Profile, load_profile
 from depthsim.sensor.sensor import Sensor
 from depthsim.sensor.view import View
@@ -20,6 +20,8 @@ __all__ = [
     "by_material",
     "effect_class",
     "effect_ids",
+    "learned",
+    "learned_of",
     "load_profile",
     "parameter",
     "parameters_of",

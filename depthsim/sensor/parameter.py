@@ -140,11 +140,31 @@ def by_material(
     return Field(default_factory=dict, description=about, json_schema_extra=extra)
 
 
+def learned(*, about: str) -> Any:
+    """Declare a table of an effect that no slider sets and no fit varies: it is learned from a recording, or None.
+
+    It is written to a profile and read from one as the parameters are; ``parameters_of`` leaves it out.
+    """
+    return Field(None, description=about, json_schema_extra={"learned": True})
+
+
+@cache
+def learned_of(kind: type[BaseModel]) -> Mapping[str, str]:
+    """What an effect's :func:`learned` tables are, by name."""
+    return {name: field.description or "" for name, field in kind.model_fields.items() if _is_learned(field)}
+
+
+def _is_learned(field: FieldInfo) -> bool:
+    return isinstance(field.json_schema_extra, dict) and "learned" in field.json_schema_extra
+
+
 @cache
 def parameters_of(kind: type[BaseModel]) -> Mapping[str, Parameter]:
     """The parameters of an effect by name, in their order."""
     found = {}
     for name, field in kind.model_fields.items():
+        if _is_learned(field):
+            continue
         if not isinstance(field.json_schema_extra, dict) or not {"unit", "source"} <= field.json_schema_extra.keys():
             raise TypeError(f"{kind.__name__}.{name} is not declared with parameter(...) or by_material(...)")
         found[name] = _read(name, field, dict(field.json_schema_extra))

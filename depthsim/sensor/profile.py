@@ -13,6 +13,7 @@ from depthsim.errors import InputError
 from depthsim.presets import resolve_camera
 from depthsim.registry import VARIABLE
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
+from depthsim.sensor.parameter import learned_of
 from depthsim.stereo.settings import ActiveStereo, split_camera
 from depthsim.yamlfile import read_mapping, validate
 
@@ -40,8 +41,32 @@ class Profile(BaseModel):
             keys["camera"] = yaml.safe_load(self.camera.to_yaml())
         if self.stereo is not None:
             keys["camera"] = {**self.stereo.camera_keys(), **keys.get("camera", {})}
-        keys["effects"] = [{effect.id: effect.model_dump(mode="json")} for effect in self.effects]
-        return yaml.safe_dump(keys, sort_keys=False)
+        keys["effects"] = [{effect.id: _keys_of(effect)} for effect in self.effects]
+        return yaml.dump(keys, Dumper=_Dumper, sort_keys=False)
+
+
+class _Row(list[float]):
+    """Numbers that stand in one line of a file."""
+
+
+class _Dumper(yaml.SafeDumper):
+    def ignore_aliases(self, data: Any) -> bool:
+        return super().ignore_aliases(data) or isinstance(data, _Row)
+
+
+_Dumper.add_representer(
+    _Row, lambda dumper, row: dumper.represent_sequence("tag:yaml.org,2002:seq", row, flow_style=True)
+)
+
+
+def _keys_of(effect: Effect) -> dict[str, Any]:
+    """An effect's parameters as a file has them; a table that is not there is left out."""
+    keys = effect.model_dump(mode="json")
+    for name in learned_of(type(effect)):
+        table = keys.pop(name)
+        if table is not None:
+            keys[name] = [_Row(row) for row in table]
+    return keys
 
 
 def load_profile(choice: str | Path | Profile | Sequence[Effect]) -> Profile:

@@ -23,6 +23,15 @@ def rotation_matrices(quaternions: Floats) -> Floats:
     return np.moveaxis(np.array(rows), -1, 0)
 
 
+def turned(vector: Floats) -> Floats:
+    """(3, 3) the rotation about ``vector`` by its length [rad]."""
+    angle = float(np.linalg.norm(vector))
+    # NumPy's sinc is sin(πx) / πx, so this is sin(angle / 2) / angle, without a division by 0.
+    axis = vector * np.sinc(angle / (2 * np.pi)) / 2
+    turn: Floats = rotation_matrices(np.array([[*axis, np.cos(angle / 2)]]))[0]
+    return turn
+
+
 def multiply(a: Floats, b: Floats) -> Floats:
     """The Hamilton product of quaternions (..., 4): first ``b``, then ``a``."""
     ax, ay, az, aw = np.moveaxis(a, -1, 0)

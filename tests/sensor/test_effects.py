@@ -19,6 +19,7 @@ from depthsim.sensor import Effect, Sensor, effect_class, effect_ids
 from depthsim.sensor.effect import parameters_of
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.material_noise import MaterialNoise
+from depthsim.sensor.parameter import learned_of
 from depthsim.sensor.sensor import Measurement
 
 CAMERA = camera(300, 200, 300)
@@ -164,7 +165,7 @@ def test_an_effect_says_what_it_is(effect_id: str) -> None:
     assert len(set(kind.axes)) == len(kind.axes) and len(set(kind.kinds)) == len(kind.kinds)
     assert set(kind.seen_on) <= set(effect_ids())
     known = parameters_of(kind)
-    assert list(known) == list(kind.model_fields)
+    assert [*known, *learned_of(kind)] == list(kind.model_fields) and all(learned_of(kind).values())
     assert all(one.unit and one.source and one.about for one in known.values())
     for form in kind.forms:
         assert all(known[name].low <= value <= known[name].high for name, value in form.items())

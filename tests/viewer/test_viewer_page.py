@@ -15,7 +15,7 @@ from benchmarks.chromium import chromium
 from depthsim.runs import Run
 from depthsim.runs.png import decode_png
 from depthsim.sensor import load_profile
-from depthsim.sensor.effect import effect_class, effect_ids
+from depthsim.sensor.effect import effect_class, effect_ids, parameters_of
 from viewer import Viewer, open_stage
 from viewer.session import Session
 
@@ -79,7 +79,7 @@ def test_every_effect_has_its_folder_with_a_control_for_each_parameter(guest: Vi
     guest.page.get_by_text("invalid_band", exact=True).click()
     guest.page.get_by_text("margin [px]").wait_for()
     for effect_id in effect_ids():
-        names = set(effect_class(effect_id).model_fields)
+        names = set(parameters_of(effect_class(effect_id)))
         folder = session.effects.folders[effect_id]
         assert set(folder.parameters) == names
 

@@ -15,7 +15,7 @@ from shapes import MATERIALS, as_scene, camera, wall
 from depthsim.errors import InputError
 from depthsim.gap.diagnosis import Cause, Diagnosis, Gap
 from depthsim.sensor import Sensor
-from depthsim.sensor.effect import Effect, effect_class, effect_ids
+from depthsim.sensor.effect import Effect, effect_class, effect_ids, parameters_of
 from viewer import Stage, Viewer, colours
 from viewer.cloud import make_cloud
 from viewer.controls.ranges import parameter_range
@@ -125,8 +125,8 @@ def test_all_faces_are_in_a_group_of_their_colour() -> None:
 @pytest.mark.parametrize("effect_id", effect_ids())
 def test_every_slider_can_show_its_default_and_grows_to_its_bounds(effect_id: str) -> None:
     kind = effect_class(effect_id)
-    for name, field in kind.model_fields.items():
-        span = parameter_range(kind, name)
+    for name in parameters_of(kind):
+        field, span = kind.model_fields[name], parameter_range(kind, name)
         assert span.low <= span.default <= span.top <= span.high
         assert 0 < span.step <= (span.top - span.low) / 2 or span.whole
         if field.default_factory is None:

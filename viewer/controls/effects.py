@@ -7,6 +7,7 @@ import viser
 
 from depthsim.materials import Material, Materials
 from depthsim.sensor.effect import Effect, Stage, effect_class, effect_ids, parameters_of
+from depthsim.sensor.parameter import learned_of
 from viewer.controls.handles import put
 from viewer.controls.ranges import Range, parameter_range
 
@@ -37,6 +38,7 @@ class EffectFolder:
         self._sliders: dict[str, tuple[Any, Range]] = {}
         self._by_tag: dict[str, dict[str, tuple[Any, Range]]] = {}
         self._chosen: dict[str, dict[str, float]] = {}
+        self._learned: dict[str, Any] = {}
         self._folder = gui.add_folder(kind.id, expand_by_default=_of_the_scene(kind))
         with self._folder:
             about = " ".join((kind.__doc__ or "").split())
@@ -102,6 +104,7 @@ class EffectFolder:
         try:
             put(self._switch, effect is not None)
             if effect is not None:
+                self._learned = {name: getattr(effect, name) for name in learned_of(self.kind)}
                 for name, (slider, span) in self._sliders.items():
                     self._put(slider, span, getattr(effect, name))
                 for name, by_tag in self._by_tag.items():
@@ -128,7 +131,7 @@ class EffectFolder:
             return None
         values: dict[str, Any] = {name: span.within(slider.value) for name, (slider, span) in self._sliders.items()}
         values.update({name: dict(chosen) for name, chosen in self._chosen.items()})
-        return self.kind(**values)
+        return self.kind(**values, **self._learned)
 
 
 def _of_the_scene(kind: type[Effect]) -> bool:

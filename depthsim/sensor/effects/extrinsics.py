@@ -6,7 +6,7 @@ import numpy as np
 
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.view import View
-from depthsim.trajectory.rotation import rotation_matrices
+from depthsim.trajectory.rotation import turned
 
 
 class TimeOffset(Effect):
@@ -68,10 +68,6 @@ class ExtrinsicRotation(Effect):
 
     def bend(self, view: View) -> None:
         """Turn every pose about the camera's own axes."""
-        vector = np.radians([self.x, self.y, self.z])
-        angle = float(np.linalg.norm(vector))
         turn = np.eye(4)
-        # NumPy's sinc is sin(πx) / πx, so this is sin(angle / 2) / angle, without a division by 0.
-        axis = vector * np.sinc(angle / (2 * np.pi)) / 2
-        turn[:3, :3] = rotation_matrices(np.array([[*axis, np.cos(angle / 2)]]))[0]
+        turn[:3, :3] = turned(np.radians([self.x, self.y, self.z]))
         view.pose = view.pose @ turn

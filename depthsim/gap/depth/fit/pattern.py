@@ -1,0 +1,268 @@
+"""The bias that a camera has at the same pixels in every frame, learned from a recording.
+
+What a pixel's disparity is off by, averaged over frames, holds the pattern and noise. What the averages of two parts
+of the frames have in common is the pattern alone: its variance, and the lag at which its correlation is a half. These
+two make it a Gaussian process, of which the averages are noisy values; the grid is its posterior mean (kriging), which
+is shrunk to 0 where the averages say little. Whatever a turned mount, a scale or an offset explains as well is left to
+them.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.gap.depth.data.rigid import Floats, Look
+from depthsim.raycast import Caster
+from depthsim.runs import Run
+from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture, spline
+
+_SAMPLES = 20_000
+"""Pixels that are looked at in a frame, about."""
+_MOST_FRAMES = 80
+_CHUNKS = 8
+"""Stretches of time. Those of the first three eighths are compared with the last three, as noise too lasts a while."""
+_ROUNDS = 4
+_TUKEY = 4.685
+_FAR = 12.0
+"""Of the median size of the pixels' biases: eight standard deviations, if they were normal."""
+_LEAST_NOISE = 0.005
+_MOST_KNOTS = 24, 32
+_SURE = 3.0
+"""A pattern removes this many standard errors of what it removes, or there is none."""
+_FAINT = 0.01
+"""Nor is there one that removes a smaller share."""
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """A learned pattern.
+
+    grid: (rows, columns) [px], spread over the picture as :class:`FixedPattern` does. amplitude: its root mean square
+    over the picture [px]. found: the same of the pattern itself, of which the grid is what is sure. size: lag at which
+    its correlation is a half [px]. noise: spread of a pixel's errors
+    about what repeats [px]. removed, removed_error: the share of
+    the errors' variance that a grid learned on half of the frames removes from the other, and its standard error.
+    """
+
+    grid: Floats
+    amplitude: float
+    found: float
+    size: float
+    noise: float
+    removed: float
+    removed_error: float
+
+    @property
+    def is_none(self) -> bool:
+        """Whether it removes no more than chance from frames that it was not learned on."""
+        return self.amplitude == 0 or self.removed < max(_SURE * self.removed_error, _FAINT)
+
+    def effect(self) -> FixedPattern:
+        """The effect that has this grid."""
+        rows = tuple(tuple(float(f"{value:.4g}") for value in row) for row in self.grid)
+        low, high = 1.0, 1000.0
+        return FixedPattern(amplitude=self.amplitude, size=float(np.clip(self.size, low, high)), grid=rows)
+
+
+def learn(run: Run, caster: Caster, frames: Iterable[int] | None = None) -> Pattern:
+    """The pattern of ``frames`` (all of them by default; some of many), against the scene.
+
+    The poses should be registered first: a pattern is what they leave alike in all frames.
+    """
+    every = sorted(set(range(len(run)) if frames is None else frames))
+    some = [every[k] for k in np.unique(np.linspace(0, len(every) - 1, _MOST_FRAMES).round().astype(int))]
+    return _Learner(run, caster, some).learned()
+
+
+@dataclass
+class _Sums:
+    """Over frames, at each pixel: of the weights, of weight · error, and of weight · error²."""
+
+    weight: Floats
+    error: Floats
+    square: Floats
+
+    def __add__(self, other: "_Sums") -> "_Sums":
+        return _Sums(self.weight + other.weight, self.error + other.error, self.square + other.square)
+
+    def left(self, pattern: Floats) -> float:
+        """Weighted sum of squares about a pattern."""
+        return float(self.square.sum() - 2 * (self.error * pattern).sum() + (self.weight * pattern**2).sum())
+
+
+class _Learner:
+    def __init__(self, run: Run, caster: Caster, frames: Sequence[int]) -> None:
+        self.look = Look.at(run, caster, _SAMPLES)
+        for index in frames:
+            self.look.load(index)
+        self.look.cut_disparities(list(frames))
+        self.shape = self.look.camera.shape
+        self.seen: list[tuple[Floats, Floats, NDArray[np.intp]]] = []
+        self.beta: Floats
+        self.center: Floats
+        for index in frames:
+            frame = self.look.frame(index, run.poses[index], np.zeros(6))
+            self.seen.append(
+                (
+                    frame.residual,
+                    np.column_stack([frame.rigid, np.ones_like(frame.disparity), frame.disparity]),
+                    frame.place,
+                )
+            )
+        self.priors = np.array([0.1] * 6 + [2.0, 0.1])
+        self.chunks = np.array_split(np.arange(len(frames)), min(_CHUNKS, len(frames)))
+        part = (3 * len(self.chunks) + 4) // 8
+        self.ends = slice(0, part), slice(len(self.chunks) - part, None)
+
+    def learned(self) -> Pattern:
+        pattern = np.zeros(self.shape)
+        self.beta = np.zeros(len(self.priors))
+        for _ in range(_ROUNDS):
+            self._fit_static(pattern.reshape(-1))
+            sums = [self._sum(chunk) for chunk in self.chunks]
+            found, size = self._size_of(sums)
+            grid = self._krige(_total(sums), sums, found, size)
+            pattern = picture(grid, self.shape)
+        removed, error = self._removed(sums, found, size)
+        return Pattern(
+            grid=grid,
+            amplitude=float(np.sqrt((picture(grid, self.look.run.camera.shape) ** 2).mean())),
+            found=found,
+            size=size * self.look.stride,
+            noise=self.scale,
+            removed=removed,
+            removed_error=error,
+        )
+
+    def _fit_static(self, pattern: Floats) -> None:
+        """What a mount, a scale and an offset explain of what the pattern leaves."""
+        self._center()
+        matrix, right = np.diag(self.priors**-2.0), np.zeros(len(self.priors))
+        for residual, nuisance, place in self.seen:
+            target = residual - pattern[place]
+            weight = self._weights(residual - nuisance @ self.beta, place)
+            matrix += np.einsum("pi,p,pj->ij", nuisance, weight, nuisance, optimize=True) / self.scale**2
+            right += nuisance.T @ (weight * target) / self.scale**2
+        self.beta = np.asarray(np.linalg.solve(matrix, right), np.float64)
+        self._center()
+
+    def _center(self) -> None:
+        """The median error of each pixel over the frames, NaN where it is far off, and the spread about it.
+
+        A bias that repeats may be many times the noise; what is off by far more than the other pixels is a thing that
+        the scene does not have.
+        """
+        errors = np.full((len(self.seen), self.shape[0] * self.shape[1]), np.nan)
+        for k, (residual, nuisance, place) in enumerate(self.seen):
+            errors[k, place] = residual - nuisance @ self.beta
+        known = np.flatnonzero(np.isfinite(errors).any(axis=0))
+        self.center = np.full(errors.shape[1], np.nan)
+        if known.size:
+            center = np.nanmedian(errors[:, known], axis=0)
+            off = np.abs(center - np.median(center))
+            self.center[known] = np.where(off <= _FAR * np.median(off), center, np.nan)
+        left = np.abs(errors - self.center)
+        left = left[np.isfinite(left)]
+        # Not the median, which is 0 where depths have coarse steps.
+        size = 1.2533 * float(np.minimum(left, np.quantile(left, 0.95)).mean()) if left.size else 0.0
+        self.scale = max(size, _LEAST_NOISE)
+
+    def _weights(self, error: Floats, place: NDArray[np.intp]) -> Floats:
+        part = (error - self.center[place]) / (_TUKEY * self.scale)
+        return np.where(np.abs(part) < 1, (1 - part**2) ** 2, 0)
+
+    def _sum(self, chunk: NDArray[np.intp]) -> _Sums:
+        pixels = self.shape[0] * self.shape[1]
+        parts = [np.zeros(pixels) for _ in range(3)]
+        for k in chunk:
+            residual, nuisance, place = self.seen[k]
+            error = residual - nuisance @ self.beta
+            weight = self._weights(error, place)
+            for part, value in zip(parts, (weight, weight * error, weight * error**2), strict=True):
+                part[place] += value
+        return _Sums(*(part.reshape(self.shape) for part in parts))
+
+    def _size_of(self, sums: Sequence[_Sums]) -> tuple[float, float]:
+        """Root mean square of the pattern [px], and the lag of half correlation [samples]: both halves' in common."""
+        a, b = (_total(sums[end]) for end in self.ends)
+        both = (a.weight > 0) & (b.weight > 0)
+        if np.count_nonzero(both) < 50:
+            return 0.0, 1.0
+        first, second = (np.where(both, s.error / np.where(both, s.weight, 1), 0) for s in (a, b))
+        weight = np.where(both, np.minimum(a.weight, b.weight), 0)
+        products, weights = _correlate(weight * first, weight * second), _correlate(weight, weight)
+        lags = np.arange(0, min(self.shape) // 2)
+        rings = [(products[lag, 0] + products[0, lag]) / max(weights[lag, 0] + weights[0, lag], 1e-12) for lag in lags]
+        if rings[0] <= 0:
+            return 0.0, 1.0
+        below = np.flatnonzero(np.array(rings) < rings[0] / 2)
+        if not below.size:
+            return float(np.sqrt(rings[0])), float(lags[-1])
+        k = int(below[0])
+        size = k - 1 + (rings[k - 1] - rings[0] / 2) / max(rings[k - 1] - rings[k], 1e-12)
+        return float(np.sqrt(rings[0])), float(max(size, 1.0))
+
+    def _krige(self, whole: _Sums, sums: Sequence[_Sums], found: float, size: float) -> Floats:
+        """(rows, columns) the posterior mean at the knots, which lie two within the lag of half correlation."""
+        knots = [
+            int(np.clip(np.ceil(2 * n / size) + 1, 3, most)) for n, most in zip(self.shape, _MOST_KNOTS, strict=True)
+        ]
+        if found == 0:
+            return np.zeros(knots)
+        down, across = (spline(k, n) for k, n in zip(knots, self.shape, strict=True))
+        noise = self._noise_of(sums)
+        gram = np.einsum("vi,vu,vk->iku", down, whole.weight, down, optimize=True)
+        gram = np.einsum("iku,uj,ul->ijkl", gram, across, across, optimize=True).reshape(np.prod(knots), -1)
+        right = np.einsum("vi,vu,uj->ij", down, whole.error, across, optimize=True).reshape(-1)
+        steps = [(n - 1) / (k - 1) for k, n in zip(knots, self.shape, strict=True)]
+        laws = [
+            2.0 ** -((np.subtract.outer(np.arange(k), np.arange(k)) * s / size) ** 2)
+            for k, s in zip(knots, steps, strict=True)
+        ]
+        prior = found**2 * np.kron(laws[0], laws[1])
+        # (gram / noise + prior^-1)^-1 right / noise, without the inverse of a matrix that is nearly singular.
+        solved = prior @ np.linalg.solve(gram @ prior + noise * np.eye(len(prior)), right)
+        return np.asarray(solved.reshape(knots))
+
+    def _noise_of(self, sums: Sequence[_Sums]) -> float:
+        """[px²] the noise's variance per frame, times the pixels over which it is correlated."""
+        a, b = (_total(sums[end]) for end in self.ends)
+        both = (a.weight > 0) & (b.weight > 0)
+        per = np.where(both, 1 / np.where(both, a.weight, 1) + 1 / np.where(both, b.weight, 1), 1)
+        apart = np.where(both, a.error / np.where(both, a.weight, 1) - b.error / np.where(both, b.weight, 1), 0)
+        return max(self._over_area(apart / np.sqrt(per), both), _LEAST_NOISE**2)
+
+    def _over_area(self, values: Floats, known: NDArray[np.bool_]) -> float:
+        """The sum of the covariances of ``values`` over the lags; at least the variance."""
+        products, counts = _correlate(values, values), _correlate(known.astype(float), known.astype(float))
+        reach = [min(12, n // 4) for n in self.shape]
+        near = np.ix_(*(np.r_[0 : r + 1, -r:0] for r in reach))
+        law = products[near] / np.maximum(counts[near], 1)
+        return float(max(law.sum(), law[0, 0]))
+
+    def _removed(self, sums: Sequence[_Sums], found: float, size: float) -> tuple[float, float]:
+        """The chunks of each end judged by the grid of the other end's."""
+        gains, wholes = [], []
+        for own, other in (self.ends, self.ends[::-1]):
+            pattern = picture(self._krige(_total(sums[other]), sums, found, size), self.shape)
+            wholes += [s.left(np.zeros(self.shape)) for s in sums[own]]
+            gains += [s.left(np.zeros(self.shape)) - s.left(pattern) for s in sums[own]]
+        gain, whole = np.array(gains), np.maximum(wholes, 1e-30)
+        held = (gain.sum() - gain) / (whole.sum() - whole) if len(gain) > 1 else np.zeros(1)
+        removed = float(gain.sum() / whole.sum())
+        return removed, float(np.sqrt((1 - 1 / len(gain)) * np.square(held - removed).sum()))
+
+
+def _total(sums: Sequence[_Sums]) -> _Sums:
+    whole = sums[0]
+    for one in sums[1:]:
+        whole = whole + one
+    return whole
+
+
+def _correlate(a: Floats, b: Floats) -> Floats:
+    """Σ a(x) b(x + lag) for every lag, negative ones from the end."""
+    shape = tuple(2 * n for n in a.shape)
+    return np.fft.irfft2(np.conj(np.fft.rfft2(a, shape)) * np.fft.rfft2(b, shape), shape)

@@ -1,0 +1,143 @@
+"""A bias that is locked to the pixel, learned from a recording: of other formulas than the effect's."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from recordings import ROOM_CAMERA, make_room_run
+from shapes import Array
+
+from depthsim.gap.depth.data.registration import register
+from depthsim.gap.depth.fit.pattern import Pattern, learn
+from depthsim.raycast import Caster
+from depthsim.runs import Run
+from depthsim.scenefile import load_scene
+from depthsim.sensor import Sensor
+from depthsim.sensor.effects.fixed_pattern import picture
+
+HEIGHT, WIDTH = ROOM_CAMERA.shape
+FOCAL_BASELINE = ROOM_CAMERA.focal_baseline
+V, U = np.mgrid[:HEIGHT, :WIDTH]
+
+
+def cosines() -> Array:
+    """Waves in four directions, as a bent sheet of glass has them; 0.1 px."""
+    waves = [np.cos(2 * np.pi * (U * np.cos(a) + V * np.sin(a)) / length + a) for a, length in
+             ((0.3, 61), (1.4, 47), (2.2, 70), (2.9, 55))]  # fmt: skip
+    whole = np.sum(waves, axis=0)
+    return np.asarray(0.1 * whole / whole.std())
+
+
+def bumps() -> Array:
+    """Dents of one depth and of several widths; 0.1 px."""
+    rng = np.random.default_rng(3)
+    whole = np.zeros((HEIGHT, WIDTH))
+    for _ in range(14):
+        u, v, size = rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), rng.uniform(9, 18)
+        whole += rng.choice([-1, 1]) / (1 + (((U - u) ** 2 + (V - v) ** 2) / size**2) ** 2)
+    return np.asarray(0.1 * whole / whole.std())
+
+
+@dataclass(frozen=True, eq=False)
+class Off(Run):
+    """A recording whose disparity has something added, and noise."""
+
+    bias: Array | None = None
+    noise: float = 0.03
+    memory: float = 0.0
+
+    def depth(self, index: int) -> Any:
+        """Depth [m]."""
+        z = super().depth(index).astype(float)
+        noise = np.zeros(z.shape)
+        for k in range(12):
+            weight = self.memory**k * np.sqrt(1 - self.memory**2)
+            noise += weight * np.random.default_rng([7, index - k + 50]).normal(0, self.noise, z.shape)
+        d = FOCAL_BASELINE / np.maximum(z, 1e-3) + noise + (0 if self.bias is None else self.bias)
+        return np.where((z > 0) & (d > 0.05), FOCAL_BASELINE / np.maximum(d, 0.05), 0).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return make_room_run(tmp_path_factory.mktemp("pattern") / "run", frames=23)
+
+
+@pytest.fixture(scope="module")
+def caster(clean: Run) -> Caster:
+    return Caster(load_scene(clean.path.with_suffix(".obj")))
+
+
+def off(run: Run, **keys: Any) -> Off:
+    return Off(**{one.name: getattr(run, one.name) for one in fields(run)}, **keys)
+
+
+def shape_of(found: Pattern) -> Array:
+    return picture(found.grid, (HEIGHT, WIDTH))
+
+
+def without_plane(pattern: Array) -> Array:
+    """Less what a turned mount and an offset look like."""
+    columns = np.column_stack([np.ones(pattern.size), U.reshape(-1), V.reshape(-1)])
+    flat = pattern.reshape(-1)
+    return np.asarray(flat - columns @ np.linalg.lstsq(columns, flat, rcond=None)[0])
+
+
+@pytest.mark.parametrize("make", [cosines, bumps])
+def test_a_pattern_of_another_formula_is_learned(make: Any, clean: Run, caster: Caster) -> None:
+    bias = make()
+    found = learn(off(clean, bias=bias), caster)
+    a, b = without_plane(shape_of(found)), without_plane(bias)
+    assert np.corrcoef(a, b)[0, 1] > 0.95
+    assert a.std() == pytest.approx(b.std(), rel=0.1)
+    assert found.amplitude == pytest.approx(found.found, rel=0.25)
+    assert 8 < found.size < 25 and found.noise == pytest.approx(0.03, rel=0.2)
+    # All that there is to be removed, where it was not learned.
+    share = b.var() / (b.var() + 0.03**2)
+    assert found.removed == pytest.approx(share, abs=0.06) and not found.is_none
+
+
+def test_the_effect_is_what_was_learned(clean: Run, caster: Caster) -> None:
+    found = learn(off(clean, bias=bumps()), caster)
+    effect = found.effect()
+    measured = Sensor(caster, ROOM_CAMERA, [effect]).measure(clean.poses[3])
+    added = FOCAL_BASELINE * (1 / measured.depth.astype(float) - 1 / measured.clean.depth)
+    assert np.abs(added - shape_of(found)).max() < 2e-3
+    assert effect.size == pytest.approx(found.size)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.7])
+def test_noise_has_no_pattern(memory: float, clean: Run, caster: Caster) -> None:
+    found = learn(off(clean, memory=memory), caster)
+    assert found.is_none and found.amplitude < 0.01
+
+
+def test_a_mount_that_is_turned_and_a_scale_are_no_patterns(clean: Run, caster: Caster, tmp_path: Path) -> None:
+    (tmp_path / "own.yaml").write_text(
+        "effects: [extrinsic_rotation: {x: 0.4, y: -0.3, z: 0.2}, disparity_offset: {offset: 0.1}]", encoding="utf-8"
+    )
+    run = make_room_run(tmp_path / "run", str(tmp_path / "own.yaml"), frames=23)
+    found = learn(off(run), caster)
+    assert found.removed < 0.1
+
+
+def test_no_pixel_in_sight(clean: Run, caster: Caster) -> None:
+    empty = off(clean, bias=np.full((HEIGHT, WIDTH), -1e3))
+    assert learn(empty, caster).is_none
+
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+
+
+@pytest.mark.parametrize(
+    ("name", "amplitude", "removed"), [("aligned_table", (0.06, 0.15), 0.5), ("d435_floor", (0.03, 0.09), 0.1)]
+)
+def test_real_cameras_have_one(name: str, amplitude: tuple[float, float], removed: float) -> None:
+    if not (DATA / name).is_dir():
+        pytest.skip(f"shared/data/{name} is not beside the repository")
+    run = Run.open(DATA / name)
+    caster = Caster(load_scene(run.path / "scene.obj"))
+    found = learn(run, caster, range(0, len(run), 1 if len(run) < 40 else 4))
+    assert amplitude[0] < found.amplitude < amplitude[1] and found.removed > removed and not found.is_none
+    assert register(run, caster).errors.is_none  # the poses were fitted to these frames

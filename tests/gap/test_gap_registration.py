@@ -1,0 +1,189 @@
+"""Poses that are off, found by registration, and errors of the sensor that it must not take for them."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from recordings import ROOM_CAMERA, write_room
+from scipy.spatial.transform import Rotation
+
+from depthsim.gap.depth.data.registration import Registration, register
+from depthsim.raycast import Caster
+from depthsim.runs import Run
+from depthsim.runs.generate import generate
+from depthsim.scenefile import load_scene
+from depthsim.sensor import Profile, effect_class
+from depthsim.trajectory import Trajectory
+
+FRAMES = 30
+STAMPS = 50 + np.arange(FRAMES) / 10
+SIZE = np.array([np.radians(0.4)] * 3 + [0.003] * 3)
+Floats = Any
+
+
+def path() -> Trajectory:
+    """About the room's far corner with turns to all sides."""
+    t = STAMPS - STAMPS[0]
+    swing = np.stack([0.25 * np.sin(2.1 * t), 0.2 * np.sin(1.3 * t + 1), 0.15 * np.sin(2.9 * t)], axis=1)
+    level = Rotation.from_matrix(np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]))
+    turns = level * Rotation.from_rotvec(0.8 * swing[:, ::-1])
+    return Trajectory(STAMPS, np.array([-1.2, 0, 1.2]) + swing, turns.as_quat())
+
+
+def pulled_walk() -> Floats:
+    """(frames, 6) steps of one size either way, with a pull back to 0."""
+    rng, x, out = np.random.default_rng(5), np.zeros(6), []
+    for _ in range(FRAMES + 40):
+        x = 0.7 * x + np.sqrt(1 - 0.49) * rng.choice([-1.0, 1.0], 6)
+        out.append(x)
+    return np.array(out[40:]) * SIZE
+
+
+class Room:
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.count = folder, 0
+        self.scene = load_scene(write_room(folder / "room.obj"))
+        self.caster = Caster(self.scene)
+
+    def record(self, off: Floats | None = None, **effects: dict[str, Any]) -> Run:
+        """A run that is taken from poses that are off from what it says."""
+        given, off = path(), np.zeros((FRAMES, 6)) if off is None else off
+        matrices = given.matrices()
+        positions = given.positions + np.einsum("nij,nj->ni", matrices[:, :3, :3], off[:, 3:])
+        turns = Rotation.from_matrix(matrices[:, :3, :3]) * Rotation.from_rotvec(off[:, :3])
+        noise = effect_class("disparity_noise")(sigma=0.01)
+        profile = Profile(name="made", effects=(noise, *(effect_class(i)(**keys) for i, keys in effects.items())))
+        self.count += 1
+        out = self.folder / str(self.count)
+        generate(self.scene, Trajectory(STAMPS, positions, turns.as_quat()), ROOM_CAMERA, profile, out, seed=self.count)
+        return replace(Run.open(out), trajectory=given, truth=given)
+
+    def register(self, run: Run, **keys: Any) -> Registration:
+        return register(run, self.caster, **keys)
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Room:
+    return Room(tmp_path_factory.mktemp("room"))
+
+
+@pytest.fixture(scope="module")
+def walk(room: Room) -> Run:
+    return room.record(pulled_walk())
+
+
+def test_poses_that_are_off_are_found_and_put_right(room: Room, walk: Run) -> None:
+    off, found = pulled_walk(), room.register(walk)
+    random = off - off.mean(axis=0)
+    left = random - found.corrections
+    assert (left[:, :3].std() < 0.25 * random[:, :3].std()) and (left[:, 3:].std() < 0.6 * random[:, 3:].std())
+    errors = found.errors
+    assert errors.rotation == pytest.approx(np.degrees(random[:, :3].std()), rel=0.2)
+    assert errors.translation == pytest.approx(random[:, 3:].std(), rel=0.4)
+    assert 0.05 < errors.correlation_time < 0.8  # 0.28 s on the average of many such walks
+    assert errors.removed > 0.7 and "deg per frame" in errors.text
+    # As sure as it says.
+    sizes = np.sqrt(np.einsum("fii->fi", found.covariance))
+    assert 0.5 < np.sqrt(np.mean((left[:, :3] / sizes[:, :3]) ** 2)) < 2
+    # The poses themselves.
+    true = walk.poses[:, :3, 3] + np.einsum("nij,nj->ni", walk.poses[:, :3, :3], off[:, 3:])
+    corrected = found.applied(walk)
+    assert np.std(corrected.poses[:, :3, 3] - true) < 0.7 * np.std(walk.poses[:, :3, 3] - true)
+    assert room.register(corrected).errors.rotation < 0.3 * errors.rotation
+
+
+def test_the_same_on_any_threads(room: Room, walk: Run) -> None:
+    one, two = (room.register(walk, threads=k) for k in (1, 2))
+    assert one.corrections.tobytes() == two.corrections.tobytes() and one.errors.text == two.errors.text
+
+
+ERRORS_OF_THE_SENSOR: dict[str, dict[str, Any]] = {
+    "disparity_noise": {"sigma": 0.04},
+    "baseline_scale": {"scale": 1.01},
+    "disparity_offset": {"offset": 0.3},
+    "time_offset": {"offset": 0.02},
+    "rolling_shutter": {"readout": 0.02},
+    "thermal_drift": {"drift": -0.02, "time_constant": 1.0},
+    "lens_distortion": {"k1": 0.01},
+    "extrinsic_rotation": {"x": 0.8, "y": -0.6, "z": 0.3},
+    "fixed_pattern": {"amplitude": 0.1, "size": 12},
+    "subpixel_bias": {},
+    "temporal_correlation": {"correlation": 0.8},
+    "heavy_tails": {"share": 0.05},
+    "range_dropout": {"rate": 0.3},
+    "material_noise": {},
+}
+
+
+@pytest.mark.parametrize("effect_id", ERRORS_OF_THE_SENSOR)
+def test_errors_of_the_sensor_are_none_of_the_poses(effect_id: str, room: Room) -> None:
+    run = room.record(**{effect_id: ERRORS_OF_THE_SENSOR[effect_id]})
+    found = room.register(run)
+    assert found.errors.is_none and not found.corrections.any(), found.errors
+    assert found.applied(run) is run and found.errors.rotation == found.errors.translation == 0
+
+
+def test_what_is_constant_is_told_and_left_in(room: Room) -> None:
+    off = pulled_walk()
+    turned = room.register(room.record(off, extrinsic_rotation={"x": 0.8, "y": -0.6, "z": 0.3}))
+    assert np.degrees(turned.errors.constant[:3]) == pytest.approx([0.8, -0.6, 0.3], abs=0.25)
+    assert np.abs(turned.corrections.mean(axis=0)[:3]).max() < np.radians(0.15)
+    late = room.register(room.record(off, time_offset={"offset": 0.03})).errors
+    assert late.late == pytest.approx(0.03, abs=0.006) and late.late_error < 0.01
+    assert late.rotation == pytest.approx(0.37, rel=0.25)
+
+
+def test_a_frontal_wall_shows_three_directions(tmp_path: Path) -> None:
+    (tmp_path / "wall.obj").write_text("usemtl cement\nv 2 -30 -30\nv 2 30 -30\nv 2 30 30\nv 2 -30 30\nf 1 2 3 4\n")
+    plain = Room(tmp_path)
+    plain.scene = load_scene(tmp_path / "wall.obj")
+    plain.caster = Caster(plain.scene)
+    straight = replace(path(), quaternions=np.tile([-0.5, 0.5, -0.5, 0.5], (FRAMES, 1)))
+    run, off = Run.open(plain_run(plain, straight)), pulled_walk()
+    found = plain.register(replace(run, trajectory=straight, truth=straight))
+    assert not found.corrections[:, 2:5].any()
+    assert np.isnan(found.errors.deviation[3:5]).all()
+    random = off - off.mean(axis=0)
+    assert np.corrcoef(found.corrections[:, 0], random[:, 0])[0, 1] > 0.95
+    assert np.corrcoef(found.corrections[:, 1], random[:, 1])[0, 1] > 0.95
+
+
+def plain_run(room: Room, given: Trajectory) -> Path:
+    """A recording of a wall by a camera whose poses are off."""
+    off, matrices = pulled_walk(), given.matrices()
+    positions = given.positions + np.einsum("nij,nj->ni", matrices[:, :3, :3], off[:, 3:])
+    turns = Rotation.from_matrix(matrices[:, :3, :3]) * Rotation.from_rotvec(off[:, :3])
+    noise = effect_class("disparity_noise")(sigma=0.01)
+    out = room.folder / "off"
+    profile = Profile(name="made", effects=(noise,))
+    generate(room.scene, Trajectory(STAMPS, positions, turns.as_quat()), ROOM_CAMERA, profile, out)
+    return out
+
+
+def test_a_recording_without_a_picture_of_the_scene(room: Room) -> None:
+    run = room.record()
+    away = replace(path(), positions=path().positions + np.array([500.0, 0, 0]))
+    found = room.register(replace(run, trajectory=away, truth=away))
+    assert found.errors.is_none and np.isnan(found.errors.deviation).all()
+
+
+def test_some_frames_only(room: Room, walk: Run) -> None:
+    found = room.register(walk, frames=range(0, FRAMES, 2))
+    assert len(found.corrections) == FRAMES // 2 and found.errors.rotation > 0.2
+
+
+def test_the_effect_of_what_was_found_is_found_again(room: Room, walk: Run) -> None:
+    found = room.register(walk).errors
+    effect = found.effect()
+    assert effect.rotation == pytest.approx(found.rotation, rel=1e-3) and not effect.is_neutral
+    again = room.register(room.record(**{effect.id: effect.model_dump()})).errors
+    assert again.rotation == pytest.approx(effect.rotation, rel=0.5)
+    assert room.register(room.record()).errors.effect().is_neutral
+
+
+def test_too_few_frames_say_nothing(room: Room, walk: Run) -> None:
+    for count in (1, 2, 5):
+        found = room.register(walk, frames=range(count))
+        assert found.errors.is_none and found.corrections.shape == (count, 6)
