@@ -106,6 +106,9 @@ class DepthSelect(Section):
         "part, the residual of a misfit is one for all that could take it up",
     )
     rival: float = _value(0.25, "of what a further cause closes: effects that close less by themselves are no rivals")
+    trusted: int = _count(
+        1, "times that a cause is taken for the moment, though it does not act where the gap lies yet"
+    )
     nearest: float = _value(0.1, "that an effect must close to be reported as near, though it is no cause")
     most_nearest: int = _count(3, "effects that are reported as near at most")
     flexible: int = _count(4, "parameters, with which an effect can take up much of what is another's")
@@ -125,7 +128,15 @@ class DepthAgreement(Section):
     all_along: float = _value(
         0.4, "of a gap: with so much changing along one axis, all kinds together, any cause must answer for that"
     )
-    left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
+    strong: float = _value(0.6, "of what changes along the first axis: with so much an axis is answered for, too")
+    left_along: float = _value(0.5, "of what changes along an axis that is answered for, that a cause may leave")
+    near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
+    mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
+    untouched: float = _value(
+        0.8, "of what changed along that axis before: with so much left, a cause has no part in it"
+    )
+    together: float = _value(0.3, "of what an effect does: with more going together, it is no independent error")
+    idle: float = _value(0.02, "of what an effect does, that must change along the axis that it is known by")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
 
 

@@ -18,7 +18,7 @@ from depthsim.gap.depth.data.divergence import Counted
 from depthsim.gap.depth.data.evidence import Counts
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.where.differences import moments
-from depthsim.gap.depth.where.localize import beyond_each
+from depthsim.gap.depth.where.localize import PAIRS, beyond_each
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -30,15 +30,16 @@ _WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "all": "err
 
 @dataclass(frozen=True)
 class Changes:
-    """How two recordings differ, kind by kind [bits per pixel], over chance.
+    """How two sensors differ, kind by kind [bits per pixel], over chance.
 
     mean: (4, axes) in the mean over an axis' pixels; varies: (4, axes) in what changes from cell to cell; of bias, of
-    spread, of holes, and of the whole distribution. Zero for axes that count no errors. together: how neighbours and
-    successive frames go together, beyond each error alone.
+    spread, of holes, and of the whole distribution. Zero for axes that count no errors. pairs: (axes,) how neighbours
+    and successive frames differ, zero for the others; together: the same beyond what each error alone has.
     """
 
     mean: Floats
     varies: Floats
+    pairs: Floats
     together: float
 
     @property
@@ -47,59 +48,167 @@ class Changes:
         return np.asarray(np.maximum(self.mean + self.varies, 0).max(axis=1))
 
 
-def changes(validator: Validator, one: Counts, others: Sequence[Counts], chance: Counts) -> Changes:
-    """How ``one`` recording differs from ``others``, beyond what ``chance``, another run like those, does."""
-    evidence = validator.evidence
-    usual = np.asarray(np.sum(others, axis=0, dtype=np.float64))
-    seen, null = (_by_axis(validator, x.astype(np.float64), usual) for x in (one, chance))
-    pairs = [
-        n
-        for n, axis in enumerate(evidence.axes)
-        if axis.kind in (histograms.FAR_LEFT, histograms.FAR_UP, histograms.BEFORE)
-    ]
-    together = max(
-        (_together(validator, n, one, usual) - _together(validator, n, chance, usual) for n in pairs), default=0.0
-    )
-    return Changes(seen[0] - null[0], seen[1] - null[1], max(together, 0.0))
-
-
 def against(validator: Validator, effects: Effects) -> Changes:
     """How the recording differs from a sensor with ``effects``."""
-    runs = [run.sum(axis=0) for run in validator.runs(effects, validator.evidence.config.fit.runs)]
-    return changes(validator, validator.real.sum(axis=0), runs[1:], runs[0])
+    return _changes(validator, validator.real, _runs(validator, effects))
 
 
 def done_by(validator: Validator, before: Effects, after: Effects) -> Changes:
     """What is changed from one sensor to another."""
-    count = validator.evidence.config.fit.runs
-    first, then = ([run.sum(axis=0) for run in validator.runs(effects, count)] for effects in (before, after))
-    return changes(validator, then[0], first[1:], first[0])
+    return _changes(validator, _runs(validator, after)[0], _runs(validator, before))
 
 
-def disagreement(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+def disagreement(
+    validator: Validator, effect: type[Effect], before: Effects, after: Effects, *, alone: bool
+) -> str | None:
     """Why ``effect``, which ``after`` has and ``before`` has not, does not act where the gap of ``before`` lies.
 
-    None if it does.
+    None if it does. alone: whether all other causes are in ``before``, so that what is there is for ``effect`` alone to
+    explain, along every axis on which it stands out, and not along the first one only.
     """
-    limit = validator.evidence.config.agreement
     gap, left, does = against(validator, before), against(validator, after), done_by(validator, before, after)
-    acts = does.whole
+    if effect.kinds[0] == "correlation":
+        return _of_pairs(validator, effect, gap, left)
+    limit, acts = validator.evidence.config.agreement, does.whole[:ALL]
     for k, kind in enumerate(KINDS):
-        answers = k == ALL or (kind in effect.kinds and acts[k] >= limit.acts * acts[:ALL].sum())
-        whole = max(float(gap.whole[k]), 1e-12)
-        axis = int(np.argmin(_cost(validator) - gap.varies[k] / whole))
-        varies, name = float(gap.varies[k, axis]), validator.evidence.axes[axis].name.replace("_", " ")
-        if not answers or (k == ALL and varies < limit.all_along * whole):
+        if k != ALL and (kind not in effect.kinds or acts[k] < limit.acts * acts.sum()):
             continue
-        if varies > limit.uniform * whole:
-            share = max(float(left.varies[k, axis]), 0.0) / varies
-            if share > limit.left_along:
-                return f"leaves {share:.0%} of how {_WORDS[kind]} change along {name}"
-        elif (share := float(left.whole[k]) / whole) > limit.left_of_uniform:
-            return f"leaves {share:.0%} of the {_WORDS[kind]}"
-    if effect.kinds[0] == "correlation" and left.together > limit.left_along * gap.together:
-        return f"leaves {left.together / gap.together:.0%} of how errors go together"
+        if why := _idle(validator, effect, does, k) or _leaves(validator, gap, left, k, alone):
+            return why
+        if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, gap, left, k)):
+            return why
+    if alone and left.together > limit.together * acts.sum():
+        return "adds errors that are independent, where those of the recording go together"
     return None
+
+
+def _leaves(validator: Validator, gap: Changes, left: Changes, k: int, alone: bool) -> str | None:
+    """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
+    limit, whole = validator.evidence.config.agreement, max(float(gap.whole[k]), 1e-12)
+    worth = gap.varies[k] / whole - _cost(validator)
+    first = int(np.argmax(worth))
+    if k == ALL and gap.varies[k, first] < limit.all_along * whole:
+        return None
+    if gap.varies[k, first] <= limit.uniform * whole:
+        share = float(left.whole[k]) / whole
+        return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > limit.left_of_uniform else None
+    strong = worth >= limit.strong * worth[first] if alone else np.arange(len(worth)) == first
+    for axis in np.flatnonzero(strong & (gap.varies[k] > limit.uniform * whole)):
+        share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
+        if share > limit.left_along:
+            return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, int(axis))}"
+    return None
+
+
+def _leaves_elsewhere(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, k: int) -> str | None:
+    """Whether what is left of a kind of gap lies along an axis that is none of the effect's, as it was."""
+    limit, whole = validator.evidence.config.agreement, float(left.whole[k])
+    if whole < limit.near_floor * gap.whole[k]:
+        return None
+    axis = int(np.argmax(left.varies[k] / max(whole, 1e-12) - _cost(validator)))
+    varies = float(left.varies[k, axis])
+    own = set(validator.evidence.axes[axis].name.split(" x ")) & set(effect.axes)
+    if own or varies < limit.mostly * whole or varies < limit.untouched * gap.varies[k, axis]:
+        return None
+    return f"leaves all of how {_WORDS[KINDS[k]]} change along {_name(validator, axis)}"
+
+
+def _of_pairs(validator: Validator, effect: type[Effect], gap: Changes, left: Changes) -> str | None:
+    """Whether an effect that makes errors go together leaves too much of how they do."""
+    axes = validator.evidence.axes
+    own = [n for n, axis in enumerate(axes) if axis.name in effect.axes and axis.kind != histograms.ERROR]
+    before, after = float(gap.pairs[own].sum()), float(left.pairs[own].sum())
+    if after <= validator.evidence.config.agreement.left_along * before:
+        return None
+    return f"leaves {after / max(before, 1e-12):.0%} of how errors go together"
+
+
+def _idle(validator: Validator, effect: type[Effect], does: Changes, k: int) -> str | None:
+    """Whether an effect of time or motion, as it is fitted, is the same at all times or however the camera moves."""
+    axes, idle = validator.evidence.axes, validator.evidence.config.agreement.idle
+    if k == ALL or not effect.axes or effect.axes[0] not in ("time", "motion"):
+        return None
+    own = [n for n, axis in enumerate(axes) if axis.name == effect.axes[0] and axis.kind == histograms.ERROR]
+    if does.varies[k, own].max() >= idle * does.whole[k]:
+        return None
+    return f"does nothing along {effect.axes[0]} as it is fitted"
+
+
+def _name(validator: Validator, axis: int) -> str:
+    return validator.evidence.axes[axis].name.replace("_", " ")
+
+
+def _runs(validator: Validator, effects: Effects) -> list[Counts]:
+    return validator.runs(effects, validator.evidence.config.fit.runs)
+
+
+def _changes(validator: Validator, one: Counts, others: Sequence[Counts]) -> Changes:
+    """How ``one`` (blocks, size) differs from ``others``, each (blocks, size)."""
+    evidence = validator.evidence
+    usual = np.asarray(np.sum(others[1:], axis=0, dtype=np.float64))
+    mean, varies = np.zeros((2, len(KINDS), len(evidence.axes)))
+    for number, axis in enumerate(evidence.axes):
+        if axis.kind == histograms.ERROR:
+            mean[:, number], varies[:, number] = _along(validator, number, one, others[0], usual)
+    real, null, runs = (np.asarray(x.sum(axis=0)) for x in (one, others[0], usual))
+    pairs = [n for n, axis in enumerate(evidence.axes) if axis.kind in PAIRS]
+    own = (_together(validator, n, real, runs) - _together(validator, n, null, runs) for n in pairs)
+    kinds = np.array([axis.kind for axis in evidence.axes])
+    counted = (kinds > histograms.ERROR) & (kinds < histograms.PHASE)
+    apart = validator.ruler.by_axis(real, runs) - validator.ruler.by_axis(null, runs)
+    return Changes(mean, varies, np.where(counted, np.maximum(apart, 0), 0), max(0.0, *own) if pairs else 0.0)
+
+
+def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: Counted) -> tuple[Floats, Floats]:
+    """(4,) squared mean difference of each kind, and what changes from cell to cell, along one axis.
+
+    Two halves of the frames have the same true difference and chances of their own, so the product of the two has no
+    part of chance in it, however errors of a frame go together. Axes whose cells the halves do not share, such as time,
+    have the chance of a simulated run taken off instead.
+    """
+    evidence = validator.evidence
+    axis, begin = evidence.axes[number], int(evidence.offsets[number])
+    bins = int(histograms.BINS[histograms.ERROR])
+
+    def cells(counts: Counted) -> Floats:
+        return counts[..., begin : begin + axis.size * bins].reshape(len(counts), axis.size, bins).astype(np.float64)
+
+    a, b = cells(one), cells(usual)
+    halves = [(x[::2].sum(axis=0), x[1::2].sum(axis=0)) for x in (a, b)]
+    pixels = a.sum(axis=(0, 2))
+    shared = np.all([half.sum(axis=1) >= 30 for pair in halves for half in pair], axis=0)
+    if pixels[shared].sum() > 0.8 * pixels.sum() > 0:
+        (one_a, two_a), (one_b, two_b) = halves
+        weight = pixels[shared] / pixels[shared].sum()
+        return _squares(_scaled(one_a[shared], one_b[shared]), _scaled(two_a[shared], two_b[shared]), weight)
+    whole_a, whole_b, whole_null = (x.sum(axis=0) for x in (a, b, cells(null)))
+    enough = np.all([x.sum(axis=1) >= 30 for x in (whole_a, whole_b, whole_null)], axis=0)
+    if not enough.any():
+        return np.zeros(len(KINDS)), np.zeros(len(KINDS))
+    weight = pixels[enough] / pixels[enough].sum()
+    seen, chance = (_scaled(x[enough], whole_b[enough]) for x in (whole_a, whole_null))
+    (mean, varies), (mean_null, varies_null) = _squares(seen, seen, weight), _squares(chance, chance, weight)
+    return mean - mean_null, varies - varies_null
+
+
+def _squares(x: Floats, y: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    """(4,) the product of the means of two (3 + bins, cells), and the mean product of what is beside them."""
+    mean_x, mean_y = x @ weight, y @ weight
+    means = mean_x * mean_y
+    varies = ((x - mean_x[:, None]) * (y - mean_y[:, None])) @ weight
+    return np.append(means[:ALL], means[ALL:].sum()), np.append(varies[:ALL], varies[ALL:].sum())
+
+
+def _scaled(a: Floats, b: Floats) -> Floats:
+    """(3 + bins, cells) how histograms (cells, bins) differ: in bias, spread and holes, such that the square is the
+    divergence in bits where it is small, and in the roots of all shares."""
+    one, other = moments(a), moments(b)
+    bias = (one.middle - other.middle) / np.sqrt(one.spread**2 + other.spread**2)
+    spread = np.log(one.spread / other.spread)
+    holes = 2 * (np.arcsin(np.sqrt(one.holes)) - np.arcsin(np.sqrt(other.holes)))
+    kinds = np.stack([bias, spread, holes / np.sqrt(2)]) / np.sqrt(4 * np.log(2))
+    roots = [np.sqrt(x / x.sum(axis=1, keepdims=True)) for x in (a, b)]
+    return np.concatenate([kinds, (roots[0] - roots[1]).T])
 
 
 def _cost(validator: Validator) -> Floats:
@@ -109,41 +218,6 @@ def _cost(validator: Validator) -> Floats:
         own = limit.per_doubling * max(np.log2(axis.size / 8), 0.0) + (0.0 if axis.single else limit.pair)
         costs.append(own if axis.kind == histograms.ERROR else np.inf)
     return np.array(costs)
-
-
-def _by_axis(validator: Validator, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """(4, axes) the mean difference of each kind, and what changes from cell to cell, both squared [bits]."""
-    evidence = validator.evidence
-    mean, varies = np.zeros((2, len(KINDS), len(evidence.axes)))
-    bins = int(histograms.BINS[histograms.ERROR])
-    for number, axis in enumerate(evidence.axes):
-        if axis.kind != histograms.ERROR:
-            continue
-        begin = int(evidence.offsets[number])
-        a, b = (counts[begin : begin + axis.size * bins].reshape(axis.size, bins) for counts in (x, y))
-        enough = (a.sum(axis=1) >= 30) & (b.sum(axis=1) >= 30)
-        if not enough.any():
-            continue
-        a, b = a[enough], b[enough]
-        weight = a.sum(axis=1) / a.sum()
-        values = _scaled(a, b)
-        middle = values @ weight
-        mean[:ALL, number] = middle**2
-        varies[:ALL, number] = ((values - middle[:, None]) ** 2) @ weight
-        apart = np.sqrt(a / a.sum(axis=1, keepdims=True)) - np.sqrt(b / b.sum(axis=1, keepdims=True))
-        usual = weight @ apart
-        mean[ALL, number] = (usual**2).sum()
-        varies[ALL, number] = weight @ ((apart - usual) ** 2).sum(axis=1)
-    return mean, varies
-
-
-def _scaled(a: Floats, b: Floats) -> Floats:
-    """(3, cells) how two sets of histograms differ, such that the square is the divergence in bits of a small one."""
-    one, other = moments(a), moments(b)
-    bias = (one.middle - other.middle) / np.sqrt(one.spread**2 + other.spread**2)
-    spread = np.log(one.spread / other.spread)
-    holes = 2 * (np.arcsin(np.sqrt(one.holes)) - np.arcsin(np.sqrt(other.holes)))
-    return np.stack([bias, spread, holes / np.sqrt(2)]) / np.sqrt(4 * np.log(2))
 
 
 def _together(validator: Validator, axis: int, x: Counted, y: Counted) -> float:

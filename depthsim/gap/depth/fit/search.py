@@ -52,10 +52,13 @@ class Search:
         """The model with its gap on the frames held out."""
         return Trial(model, self.validator.quick(model.build(self.base), self.config.fit.runs) - self._chance)
 
-    def disagreement(self, model: Model, number: int) -> str | None:
-        """Why one part of a model does not act where the gap lies that the others leave; None if it does."""
+    def disagreement(self, model: Model, number: int, *, alone: bool = False) -> str | None:
+        """Why one part of a model does not act where the gap lies that the others leave; None if it does.
+
+        alone: whether the model is whole, see :func:`agreement.disagreement`.
+        """
         before, after = model.less(number).build(self.base), model.build(self.base)
-        return disagreement(self.validator, effect_class(model.parts[number].effect), before, after)
+        return disagreement(self.validator, effect_class(model.parts[number].effect), before, after, alone=alone)
 
     def step(self, so_far: Model | None, earlier: Sequence[Trial] = ()) -> list[Trial]:
         """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out.

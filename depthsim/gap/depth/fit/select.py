@@ -58,6 +58,8 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
         return Selection(Model((), np.empty(0)), {}, _nearest(search, chain, ()), tuple(chain.looked))
     model, ties = compare_rivals(search, chain.model, gap, chain.looked, chain.before)
     model = _confirmed(search, chain, model)
+    if not model.parts:
+        return Selection(model, {}, _nearest(search, chain, ()), tuple(chain.looked))
     say("refining the parameters")
     model = search.refined(model)
     named = tuple(part.effect for part in model.parts)
@@ -66,8 +68,12 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
 
 
 def _grow(search: Search, chain: _Chain, score: Score) -> float:
-    """Every cause that is supported, into the chain; the gap with all of them. score: of the sensor as it is."""
-    gap = search.before
+    """Every cause that is supported, into the chain; the gap with all of them. score: of the sensor as it is.
+
+    Two causes may each leave what is the other's. So where none of the leaders acts where the gap lies, the one that
+    closes most is taken all the same, a few times, and asked again when the others are there.
+    """
+    gap, trusted = search.before, search.config.select.trusted
     while chain.model is None or len(chain.model.parts) < search.config.select.most_causes:
         if not score.stands_out(search.config.significance):
             break
@@ -75,6 +81,8 @@ def _grow(search: Search, chain: _Chain, score: Score) -> float:
         chain.looked.append(tuple(leaders))
         chain.before.append(gap)
         selected = _first_supported(search, chain, leaders, gap, score)
+        if selected is None and trusted > 0 and _closes_enough(search, gap, leaders, score, first=chain.model is None):
+            selected, trusted = leaders[0], trusted - 1
         if selected is None:
             break
         chain.model, gap = selected.model, selected.gap
@@ -137,12 +145,12 @@ def _prune(search: Search, model: Model, gap: float) -> tuple[Model, float]:
 
 def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:
     """The causes that close something, and act where the gap lies that the others leave."""
-    while len(model.parts) > 1:
+    while model.parts:
         shares = credit(search.validator, search.base, model)
-        reasons = [search.disagreement(model, k) for k in range(len(model.parts))]
+        reasons = [search.disagreement(model, k, alone=True) for k in range(len(model.parts))]
         wrong = [k for k, why in enumerate(reasons) if why is not None]
         least = int(np.argmin(shares))
-        if shares[least] < search.config.significance.faint * search.floor:
+        if len(shares) > 1 and shares[least] < search.config.significance.faint * search.floor:
             worst, why = least, "closes next to nothing beside the others"
         elif wrong:
             worst = min(wrong, key=lambda k: shares[k])
@@ -151,7 +159,8 @@ def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:
             break
         search.say(f"{model.parts[worst].effect} is no cause: it {why}")
         chain.refuse(model.parts[worst].effect, shares[worst] / search.whole, why)
-        model = search.fit(model.less(worst), 3)
+        model = model.less(worst)
+        model = search.fit(model, 3) if model.parts else model
     return model
 
 
