@@ -130,6 +130,7 @@ class DepthAgreement(Section):
     )
     strong: float = _value(0.6, "of what changes along the first axis: with so much an axis is answered for, too")
     left_along: float = _value(0.5, "of what changes along an axis that is answered for, that a cause may leave")
+    left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
     untouched: float = _value(

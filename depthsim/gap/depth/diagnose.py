@@ -11,11 +11,13 @@ from pathlib import Path
 
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import MEASURE, UNIT
+from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.select import Selection, select
+from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
@@ -93,12 +95,12 @@ def investigate(
     say("measuring the gap")
     before = validator.score(evidence.base)
     if not (before.stands_out(config.significance) or selecting.score(evidence.base).stands_out(config.significance)):
-        return _no_gap(validator, profile, before)
+        return _no_gap(validator, profile, before, *_blind(evidence, without))
 
     # Which effects explain it?
     selection = _which(selecting, without, say)
     if not selection.model.parts and before.above < config.significance.faint * before.floor:
-        return _no_gap(validator, profile, before, _FAINTLY)
+        return _no_gap(validator, profile, before, _FAINTLY, *_blind(evidence, without))
 
     # How far do they close it?
     after, gap = _how_far(validator, selection, before)
@@ -114,10 +116,16 @@ def investigate(
         where=cuts_of(evidence, evidence.base, places),
         causes=causes_of(validator, selection, before.gap - after.floor),
         unexplained=unexplained,
-        notes=notes_of(evidence),
+        notes=(*notes_of(evidence), *_blind(evidence, without)),
     )
     fixed = fixed_profile(profile, selection.model.build(evidence.base))
     return Findings(diagnosis, evidence, validator, profile, fixed, before, after, selection, places, places_after)
+
+
+def _blind(evidence: Evidence, without: Sequence[str]) -> tuple[str, ...]:
+    """A note on the effects that this recording cannot show."""
+    names = unseen(evidence, without)
+    return (in_words(names),) if names else ()
 
 
 def _no_gap(validator: Validator, profile: Profile, before: Score, *notes: str) -> Findings:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 from depthsim.sensor.effect import effect_class, effect_ids, parameters_of
 
 if TYPE_CHECKING:  # a diagnosis shows itself in these words
-    from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap
+    from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Nearest
 
 Tone = Literal["good", "fair", "bad"]
 STUB = "new_effect.py"
@@ -132,6 +132,11 @@ def place(cut: "Cut") -> str:
         ends = (f"{end:.0f}" if abs(end) >= 1000 else f"{end:.3g}" for end in (low, high))
         return f"{name} {' to '.join(ends)}{unit}"
     return f"{name}: {cut.label}" if cut.label and cut.label != name else name
+
+
+def near(one: "Nearest") -> list[str]:
+    """An effect that is no cause, what it closes, and why it is none."""
+    return [one.effect, percent(one.closed_fraction), one.why_not]
 
 
 def tie(cause: "Cause") -> str:

@@ -59,12 +59,19 @@ def done_by(validator: Validator, before: Effects, after: Effects) -> Changes:
 
 
 def disagreement(
-    validator: Validator, effect: type[Effect], before: Effects, after: Effects, *, alone: bool
+    validator: Validator,
+    effect: type[Effect],
+    before: Effects,
+    after: Effects,
+    *,
+    alone: bool = False,
+    flexible: bool = False,
 ) -> str | None:
     """Why ``effect``, which ``after`` has and ``before`` has not, does not act where the gap of ``before`` lies.
 
     None if it does. alone: whether all other causes are in ``before``, so that what is there is for ``effect`` alone to
-    explain, along every axis on which it stands out, and not along the first one only.
+    explain, along every axis on which it stands out, and not along the first one only. flexible: whether it has so many
+    parameters that it comes near to much.
     """
     gap, left, does = against(validator, before), against(validator, after), done_by(validator, before, after)
     if effect.kinds[0] == "correlation":
@@ -73,17 +80,20 @@ def disagreement(
     for k, kind in enumerate(KINDS):
         if k != ALL and (kind not in effect.kinds or acts[k] < limit.acts * acts.sum()):
             continue
-        if why := _idle(validator, effect, does, k) or _leaves(validator, gap, left, k, alone):
+        if why := _leaves(validator, gap, left, k, alone, flexible):
             return why
         if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, gap, left, k)):
             return why
+    if why := _not_itself(validator, effect, gap, left, does):
+        return why
     if alone and left.together > limit.together * acts.sum():
         return "adds errors that are independent, where those of the recording go together"
     return None
 
 
-def _leaves(validator: Validator, gap: Changes, left: Changes, k: int, alone: bool) -> str | None:
+def _leaves(validator: Validator, gap: Changes, left: Changes, k: int, alone: bool, flexible: bool) -> str | None:
     """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
+    most = validator.evidence.config.agreement.left_by_flexible if flexible else 1.0
     limit, whole = validator.evidence.config.agreement, max(float(gap.whole[k]), 1e-12)
     worth = gap.varies[k] / whole - _cost(validator)
     first = int(np.argmax(worth))
@@ -91,11 +101,11 @@ def _leaves(validator: Validator, gap: Changes, left: Changes, k: int, alone: bo
         return None
     if gap.varies[k, first] <= limit.uniform * whole:
         share = float(left.whole[k]) / whole
-        return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > limit.left_of_uniform else None
+        return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > most * limit.left_of_uniform else None
     strong = worth >= limit.strong * worth[first] if alone else np.arange(len(worth)) == first
     for axis in np.flatnonzero(strong & (gap.varies[k] > limit.uniform * whole)):
         share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
-        if share > limit.left_along:
+        if share > most * limit.left_along:
             return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, int(axis))}"
     return None
 
@@ -123,15 +133,24 @@ def _of_pairs(validator: Validator, effect: type[Effect], gap: Changes, left: Ch
     return f"leaves {after / max(before, 1e-12):.0%} of how errors go together"
 
 
-def _idle(validator: Validator, effect: type[Effect], does: Changes, k: int) -> str | None:
-    """Whether an effect of time or motion, as it is fitted, is the same at all times or however the camera moves."""
-    axes, idle = validator.evidence.axes, validator.evidence.config.agreement.idle
-    if k == ALL or not effect.axes or effect.axes[0] not in ("time", "motion"):
+def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, does: Changes) -> str | None:
+    """Whether an effect, as it is fitted, brings what it is known by where the recording has none of it, or lacks it.
+
+    Along its first axis, that is: a drift of the scale that is fitted to a scale that is wrong all the time.
+    """
+    axes, limit = validator.evidence.axes, validator.evidence.config.agreement
+    if not effect.axes or effect.axes[0] == "range":  # the spread, in which errors are measured, goes with the range
         return None
     own = [n for n, axis in enumerate(axes) if axis.name == effect.axes[0] and axis.kind == histograms.ERROR]
-    if does.varies[k, own].max() >= idle * does.whole[k]:
-        return None
-    return f"does nothing along {effect.axes[0]} as it is fitted"
+    for k, kind in enumerate(KINDS[:ALL]):
+        if not own or kind not in effect.kinds or does.whole[k] < limit.acts * does.whole[:ALL].sum():
+            continue
+        least = limit.idle * float(does.whole[k])
+        if effect.axes[0] in ("time", "motion") and does.varies[k, own].max() < least:
+            return f"does nothing along {effect.axes[0]} as it is fitted"
+        if (left.varies[k, own] - gap.varies[k, own]).max() > least:
+            return f"makes {_WORDS[kind]} change along {effect.axes[0].replace('_', ' ')}, where the recording's do not"
+    return None
 
 
 def _name(validator: Validator, axis: int) -> str:

@@ -57,8 +57,9 @@ class Search:
 
         alone: whether the model is whole, see :func:`agreement.disagreement`.
         """
-        before, after = model.less(number).build(self.base), model.build(self.base)
-        return disagreement(self.validator, effect_class(model.parts[number].effect), before, after, alone=alone)
+        part, before, after = model.parts[number], model.less(number).build(self.base), model.build(self.base)
+        kind, flexible = effect_class(part.effect), self.is_flexible(part)
+        return disagreement(self.validator, kind, before, after, alone=alone, flexible=flexible)
 
     def step(self, so_far: Model | None, earlier: Sequence[Trial] = ()) -> list[Trial]:
         """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out.
