@@ -106,6 +106,7 @@ class DepthSelect(Section):
         "part, the residual of a misfit is one for all that could take it up",
     )
     rival: float = _value(0.25, "of what a further cause closes: effects that close less by themselves are no rivals")
+    rounds: int = _count(2, "times that causes are looked for, when some are dropped at the end")
     trusted: int = _count(
         1, "times that a cause is taken for the moment, though it does not act where the gap lies yet"
     )
@@ -137,7 +138,7 @@ class DepthAgreement(Section):
         0.8, "of what changed along that axis before: with so much left, a cause has no part in it"
     )
     together: float = _value(0.3, "of what an effect does: with more going together, it is no independent error")
-    idle: float = _value(0.02, "of what an effect does, that must change along the axis that it is known by")
+    idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
 
 

@@ -134,9 +134,9 @@ def _of_pairs(validator: Validator, effect: type[Effect], gap: Changes, left: Ch
 
 
 def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, does: Changes) -> str | None:
-    """Whether an effect, as it is fitted, brings what it is known by where the recording has none of it, or lacks it.
+    """Whether an effect, as it is fitted, brings along its first axis what the recording has not.
 
-    Along its first axis, that is: a drift of the scale that is fitted to a scale that is wrong all the time.
+    Such as a drift of the scale that is fitted to a scale that is wrong all the time.
     """
     axes, limit = validator.evidence.axes, validator.evidence.config.agreement
     if not effect.axes or effect.axes[0] == "range":  # the spread, in which errors are measured, goes with the range
@@ -146,8 +146,6 @@ def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: 
         if not own or kind not in effect.kinds or does.whole[k] < limit.acts * does.whole[:ALL].sum():
             continue
         least = limit.idle * float(does.whole[k])
-        if effect.axes[0] in ("time", "motion") and does.varies[k, own].max() < least:
-            return f"does nothing along {effect.axes[0]} as it is fitted"
         if (left.varies[k, own] - gap.varies[k, own]).max() > least:
             return f"makes {_WORDS[kind]} change along {effect.axes[0].replace('_', ' ')}, where the recording's do not"
     return None

@@ -35,12 +35,13 @@ class Selection:
 @dataclass
 class _Chain:
     """Causes found one after the other. looked, before: the leaders of each step, and the gap before it; refused: by
-    effect, what it closed and why it is none."""
+    effect, what it closed and why it is none; dropped: effects that were causes until all of them were there."""
 
     model: Model | None = None
     looked: list[tuple[Trial, ...]] = field(default_factory=list)
     before: list[float] = field(default_factory=list)
     refused: dict[str, Nearest] = field(default_factory=dict)
+    dropped: set[str] = field(default_factory=set)
 
     def refuse(self, effect: str, closed: float, why: str) -> None:
         """Keep why an effect is no cause, by where it closed most."""
@@ -52,14 +53,23 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
     """One cause after the other, as long as the frames of ``validator`` support it. bank: what may be wrong."""
     score = validator.score(evidence.base)
     search = Search(evidence, validator, bank, score.gap, score.floor, say)
-    chain = _Chain()
-    gap = _grow(search, chain, score)
-    if chain.model is None:
+    chain, ties = _Chain(), dict[str, tuple[str, ...]]()
+    for _ in range(search.config.select.rounds):
+        gap = _grow(search, chain, score)
+        if chain.model is None:
+            break
+        looked = [[trial for trial in step if trial.newest.effect not in chain.dropped] for step in chain.looked]
+        whole, ties = compare_rivals(search, chain.model, gap, looked, chain.before)
+        confirmed = _confirmed(search, chain, whole)
+        chain.model = confirmed if confirmed.parts else None
+        dropped = {part.effect for part in whole.parts} - {part.effect for part in confirmed.parts}
+        chain.dropped |= dropped
+        score = validator.score(confirmed.build(evidence.base))
+        if not dropped:
+            break
+    model = chain.model
+    if model is None:
         return Selection(Model((), np.empty(0)), {}, _nearest(search, chain, ()), tuple(chain.looked))
-    model, ties = compare_rivals(search, chain.model, gap, chain.looked, chain.before)
-    model = _confirmed(search, chain, model)
-    if not model.parts:
-        return Selection(model, {}, _nearest(search, chain, ()), tuple(chain.looked))
     say("refining the parameters")
     model = search.refined(model)
     named = tuple(part.effect for part in model.parts)
@@ -73,15 +83,18 @@ def _grow(search: Search, chain: _Chain, score: Score) -> float:
     Two causes may each leave what is the other's. So where none of the leaders acts where the gap lies, the one that
     closes most is taken all the same, a few times, and asked again when the others are there.
     """
-    gap, trusted = search.before, search.config.select.trusted
+    gap, trusted = search.validated(chain.model).gap if chain.model else search.before, search.config.select.trusted
     while chain.model is None or len(chain.model.parts) < search.config.select.most_causes:
         if not score.stands_out(search.config.significance):
             break
-        leaders = search.step(chain.model, chain.looked[-1] if chain.looked else ())
-        chain.looked.append(tuple(leaders))
-        chain.before.append(gap)
+        leaders = _leaders(search, chain, gap)
         selected = _first_supported(search, chain, leaders, gap, score)
-        if selected is None and trusted > 0 and _closes_enough(search, gap, leaders, score, first=chain.model is None):
+        if (
+            selected is None
+            and trusted > 0
+            and leaders
+            and _closes_enough(search, gap, leaders, score, first=chain.model is None)
+        ):
             selected, trusted = leaders[0], trusted - 1
         if selected is None:
             break
@@ -90,6 +103,17 @@ def _grow(search: Search, chain: _Chain, score: Score) -> float:
             chain.model, gap = _prune(search, chain.model, gap)
         score = search.validator.score(chain.model.build(search.base))
     return gap
+
+
+def _leaders(search: Search, chain: _Chain, gap: float) -> list[Trial]:
+    """The leaders of the bank on top of the causes so far, but for what was dropped."""
+    if chain.model is None and chain.looked:  # they were fitted at the beginning
+        leaders = chain.looked[0]
+    else:
+        leaders = tuple(search.step(chain.model, chain.looked[-1] if chain.looked else ()))
+        chain.looked.append(leaders)
+        chain.before.append(gap)
+    return [trial for trial in leaders if trial.newest.effect not in chain.dropped]
 
 
 def _first_supported(search: Search, chain: _Chain, leaders: Sequence[Trial], gap: float, score: Score) -> Trial | None:
