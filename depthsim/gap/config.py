@@ -129,14 +129,12 @@ class DepthAgreement(Section):
     all_along: float = _value(
         0.4, "of a gap: with so much changing along one axis, all kinds together, any cause must answer for that"
     )
-    strong: float = _value(0.6, "of what changes along the first axis: with so much an axis is answered for, too")
-    left_along: float = _value(0.5, "of what changes along an axis that is answered for, that a cause may leave")
+    strong: float = _value(0.6, "of what changes along the first axis: with so much, an axis must not stay untouched")
+    left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
     left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
-    untouched: float = _value(
-        0.8, "of what changed along that axis before: with so much left, a cause has no part in it"
-    )
+    untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
     together: float = _value(0.3, "of what an effect does: with more going together, it is no independent error")
     idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")

@@ -76,9 +76,9 @@ def disagreement(
     gap, left, does = against(validator, before), against(validator, after), done_by(validator, before, after)
     if effect.kinds[0] == "correlation":
         return _of_pairs(validator, effect, gap, left)
-    limit, acts = validator.evidence.config.agreement, does.whole[:ALL]
+    limit, acts = validator.evidence.config.agreement, does.whole
     for k, kind in enumerate(KINDS):
-        if k != ALL and (kind not in effect.kinds or acts[k] < limit.acts * acts.sum()):
+        if k != ALL and (kind not in effect.kinds or acts[k] < limit.acts * acts[ALL]):
             continue
         if why := _leaves(validator, gap, left, k, alone, flexible):
             return why
@@ -86,7 +86,7 @@ def disagreement(
             return why
     if why := _not_itself(validator, effect, gap, left, does):
         return why
-    if alone and left.together > limit.together * acts.sum():
+    if alone and left.together > limit.together * acts[ALL]:
         return "adds errors that are independent, where those of the recording go together"
     return None
 
@@ -105,7 +105,7 @@ def _leaves(validator: Validator, gap: Changes, left: Changes, k: int, alone: bo
     strong = worth >= limit.strong * worth[first] if alone else np.arange(len(worth)) == first
     for axis in np.flatnonzero(strong & (gap.varies[k] > limit.uniform * whole)):
         share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
-        if share > most * limit.left_along:
+        if share > (most * limit.left_along if axis == first else limit.untouched):
             return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, int(axis))}"
     return None
 
@@ -143,7 +143,7 @@ def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: 
         return None
     own = [n for n, axis in enumerate(axes) if axis.name == effect.axes[0] and axis.kind == histograms.ERROR]
     for k, kind in enumerate(KINDS[:ALL]):
-        if not own or kind not in effect.kinds or does.whole[k] < limit.acts * does.whole[:ALL].sum():
+        if not own or kind not in effect.kinds or does.whole[k] < limit.acts * does.whole[ALL]:
             continue
         least = limit.idle * float(does.whole[k])
         if (left.varies[k, own] - gap.varies[k, own]).max() > least:
