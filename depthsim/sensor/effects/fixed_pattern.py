@@ -68,7 +68,7 @@ class FixedPattern(Effect):
         unit="px",
         about="lag at which the bias is correlated by 1/2; a grid has its own",
         source="between the 14 px of these frames and the 47 px of the D435 frames of aims-slam",
-        starts=(15, 60),
+        frozen=True,
     )
     grid: Grid | None = learned(
         about="rows of values that span the picture from its first row and column to its last, cubic in between: "

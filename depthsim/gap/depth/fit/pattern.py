@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.rigid import Floats, Look
 from depthsim.raycast import Caster
 from depthsim.runs import Run
@@ -20,7 +21,7 @@ from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture, spline
 
 _SAMPLES = 20_000
 """Pixels that are looked at in a frame, about."""
-_MOST_FRAMES = 80
+_LEAST_FRAMES, _MOST_FRAMES = 6, 80
 _CHUNKS = 8
 """Stretches of time. Those of the first three eighths are compared with the last three, as noise too lasts a while."""
 _ROUNDS = 4
@@ -63,7 +64,17 @@ class Pattern:
         """The effect that has this grid."""
         rows = tuple(tuple(float(f"{value:.4g}") for value in row) for row in self.grid)
         low, high = 1.0, 1000.0
-        return FixedPattern(amplitude=self.amplitude, size=float(np.clip(self.size, low, high)), grid=rows)
+        size = float(np.clip(self.size, low, high))
+        return FixedPattern(amplitude=min(self.amplitude, 10.0), size=size, grid=rows)
+
+
+def learn_pattern(evidence: Evidence) -> Pattern | None:
+    """The pattern of the frames for fitting; None where there is none, or too few of them."""
+    frames = [int(i) for block in evidence.train for i in evidence.blocks[block]]
+    if len(frames) < _LEAST_FRAMES:
+        return None
+    found = learn(evidence.run, evidence.caster, frames)
+    return None if found.is_none else found
 
 
 def learn(run: Run, caster: Caster, frames: Iterable[int] | None = None) -> Pattern:

@@ -10,8 +10,13 @@ from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
 
-def credit(validator: Validator, base: tuple[Effect, ...], model: Model) -> tuple[float, ...]:
+def credit(
+    validator: Validator, base: tuple[Effect, ...], model: Model, given: Validator | None = None
+) -> tuple[float, ...]:
     """What each cause takes off the gap [bits per pixel]: the mean over all orders in which they may be added.
+
+    given: the frames as they were recorded, where those of ``validator`` are registered: registering is then one more
+    cause, the last.
 
     Together they take off what the whole model does, as the gap without any of them and with all is that which
     of :meth:`Validator.score`; what lies between is from fewer simulated runs.
@@ -20,14 +25,16 @@ def credit(validator: Validator, base: tuple[Effect, ...], model: Model) -> tupl
     """
     config = validator.evidence.config
     runs = config.significance.runs, config.fit.runs_of_subset
-    xs, count = model.split(model.x), len(model.parts)
+    parts = len(model.parts)
+    xs, count = model.split(model.x), parts + (given is not None)
     gaps: dict[frozenset[int], float] = {}
     for size in range(count + 1):
         for selected in combinations(range(count), size):
-            effects = base
-            for k in selected:
+            frames = validator if given is None or parts in selected else given
+            effects = base if frames is validator else frames.evidence.base
+            for k in selected[: len(selected) - (parts in selected)]:
                 effects = model.parts[k].build(effects, xs[k])
-            gaps[frozenset(selected)] = validator.quick(effects, runs[0] if size in (0, count) else runs[1])
+            gaps[frozenset(selected)] = frames.quick(effects, runs[0] if size in (0, count) else runs[1])
     taken = np.zeros(count)
     for order in permutations(range(count)):
         for place, k in enumerate(order):
