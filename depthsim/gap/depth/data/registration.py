@@ -46,6 +46,8 @@ _LEAST_FRAMES = 6
 _ALL_SIX, _ONE = 22.5, 3.3
 """What is alike in all frames is a mount's or late stamps' above this chi square of six or this many standard errors
 (1 in 1000): below it is what random errors leave on average."""
+_NOTHING = 1e-9
+"""The prior of what is held at 0."""
 _TUKEY = 4.685
 _MEDIAN_SQUARE = 0.455
 """The median of the square of a standard normal number."""
@@ -154,14 +156,16 @@ class Registration:
         """The run with its poses corrected; between frames that were looked at corrections are interpolated."""
         if self.errors.is_none:
             return run
-        return replace(run, trajectory=self._corrected(run.trajectory), truth=self._corrected(run.truth))
+        paths = (_corrected(path, self.stamps, self.corrections) for path in (run.trajectory, run.truth))
+        return replace(run, **dict(zip(("trajectory", "truth"), paths, strict=True)))
 
-    def _corrected(self, path: Trajectory) -> Trajectory:
-        six = np.stack([np.interp(path.stamps, self.stamps, part) for part in self.corrections.T], axis=1)
-        half = np.linalg.norm(six[:, :3], axis=1, keepdims=True) / 2
-        turns = np.hstack([six[:, :3] * np.sinc(half / np.pi) / 2, np.cos(half)])
-        moved = np.einsum("nij,nj->ni", path.matrices()[:, :3, :3], six[:, 3:])
-        return replace(path, positions=path.positions + moved, quaternions=multiply(path.quaternions, turns))
+
+def _corrected(path: Trajectory, stamps: Floats, corrections: Floats) -> Trajectory:
+    six = np.stack([np.interp(path.stamps, stamps, part) for part in corrections.T], axis=1)
+    half = np.linalg.norm(six[:, :3], axis=1, keepdims=True) / 2
+    turns = np.hstack([six[:, :3] * np.sinc(half / np.pi) / 2, np.cos(half)])
+    moved = np.einsum("nij,nj->ni", path.matrices()[:, :3, :3], six[:, 3:])
+    return replace(path, positions=path.positions + moved, quaternions=multiply(path.quaternions, turns))
 
 
 def register(run: Run, caster: Caster, frames: Iterable[int] | None = None, threads: int | None = None) -> Registration:
@@ -197,7 +201,8 @@ class _Work:
         self.look = Look.at(run, caster)
         self._each(self.look.load)
         self.look.cut_disparities(self.frames[:: max(1, len(self.frames) // 20)])
-        self.motion = Motion.along(run.trajectory, run.truth)
+        self.paths = run.trajectory, run.truth
+        self.motion = Motion.along(*self.paths)
         self.stamps = np.array([float(run.stamps[i]) for i in self.frames])
         self.priors = self.look.priors
         self.count = len(self.priors)
@@ -219,27 +224,45 @@ class _Work:
         if not self._helps():
             self.variance, self.random = np.zeros(6), np.zeros_like(self.random)
         self.alike = self.beta[:7].copy(), self.beta_error[:7].copy()
-        if self.variance.any() and self._hold():
-            self._cast()
-            self._solve()
+        if self.variance.any():
+            self._tell_apart()
         covariance = self._posterior()
         errors = self._errors()
         return Registration(np.array(self.frames, np.int64), self.stamps, self.random, covariance, errors)
 
-    def _hold(self) -> bool:
-        """Take for random what is alike in all frames, where it is no more than random errors leave on average.
-
-        Errors that last are fewer than the frames.
-        """
-        time = np.nan_to_num(self._correlation_time())
-        law = np.exp(-np.abs(np.subtract.outer(self.stamps, self.stamps)) / max(time, 1e-6))
-        last = float(law.sum() / len(law))
-        mount, late = self.beta[:6], self.beta[6]
+    def _tell_apart(self) -> None:
+        """Take for random what is alike in all frames, where it is no more than random errors leave on average."""
+        mount, free = self.beta[:6], self.priors
+        # Errors that last are fewer than the frames.
+        lasting = self._lasting()
         held = np.zeros(self.count, np.bool_)
-        held[:6] = mount @ np.linalg.solve(last * self.beta_covariance[:6, :6], mount) < _ALL_SIX
-        held[6] = late**2 < _ONE**2 * last * self.beta_covariance[6, 6]
-        self.priors = np.where(held, 1e-9, self.priors)
-        return bool(held.any())
+        held[:6] = mount @ np.linalg.solve(lasting * self.beta_covariance[:6, :6], mount) < _ALL_SIX
+        # Of poses that jitter, those of a moment between two frames are their mean, and fit better than either. So late
+        # stamps are tried against the motion of the registered camera.
+        held[6] = True
+        self._again(np.where(held, _NOTHING, free))
+        registered = Motion.along(*(_corrected(path, self.stamps, self.random) for path in self.paths))
+        twist = np.array([_twist(registered, stamp) for stamp in self.stamps])
+        trust = twist / np.maximum(self.variance, _FINE**2)
+        information = max(float((trust * twist).sum()), 1e-12)
+        late = float((trust * self.random).sum()) / information
+        if late**2 > _ONE**2 * self._lasting() / information:
+            held[6] = False
+            self._again(np.where(held, _NOTHING, free))
+
+    def _again(self, priors: Floats) -> None:
+        self.priors = priors
+        for _ in range(2):
+            self._cast()
+            self._solve()
+
+    def _lasting(self) -> float:
+        """Frames in which a random error is as good as the same."""
+        law = np.exp(-np.abs(np.subtract.outer(self.stamps, self.stamps)) / max(self._time(), 1e-6))
+        return float(law.sum() / len(law))
+
+    def _time(self) -> float:
+        return float(np.nan_to_num(self._correlation_time())) if self.variance.any() else 0.0
 
     def _cast(self) -> None:
         """The normal equations of every frame's halves, from where it is by now."""
