@@ -35,6 +35,8 @@ _FIRST = np.array([0.01] * 3 + [0.01] * 3)
 """Standard deviations that are begun with [rad] and [m]."""
 _FINE = np.array([np.radians(0.1)] * 3 + [0.001] * 3)
 """Standard deviations that the scene must be able to show [rad] and [m]."""
+_SAMPLES = 40_000
+"""Pixels of a frame that its motion is at last determined by, about."""
 _LEAST_PIXELS = 200
 """A frame with fewer says nothing."""
 _SURE = 3.0
@@ -226,6 +228,8 @@ class _Work:
         self.alike = self.beta[:7].copy(), self.beta_error[:7].copy()
         if self.variance.any():
             self._tell_apart()
+            if self.variance.any():
+                self._refine()
         covariance = self._posterior()
         errors = self._errors()
         return Registration(np.array(self.frames, np.int64), self.stamps, self.random, covariance, errors)
@@ -256,6 +260,18 @@ class _Work:
             self._cast()
             self._solve()
 
+    def _refine(self) -> None:
+        """The motions from more of the pixels, with the nuisances as they were found."""
+        knots = self.look.knots
+        self.look = Look.at(self.run, self.look.caster, _SAMPLES)
+        self.look.knots = knots
+        self._each(self.look.load)
+        self._cast(solved=True)
+        # Finer samples have more of their noise in common.
+        said, resolution, expected = self._halves_say()
+        self.inflation *= self._grown(said[0] - said[1], expected.sum(axis=0), resolution)
+        self.random = np.array([self._predicted(halves)[0] for halves in self.halves])
+
     def _lasting(self) -> float:
         """Frames in which a random error is as good as the same."""
         law = np.exp(-np.abs(np.subtract.outer(self.stamps, self.stamps)) / max(self._time(), 1e-6))
@@ -264,8 +280,9 @@ class _Work:
     def _time(self) -> float:
         return float(np.nan_to_num(self._correlation_time())) if self.variance.any() else 0.0
 
-    def _cast(self) -> None:
-        """The normal equations of every frame's halves, from where it is by now."""
+    def _cast(self, solved: bool = False) -> None:
+        """The normal equations of every frame's halves, from where it is by now. solved: the nuisances are known."""
+        none = np.zeros((6, self.count)), np.zeros((self.count,) * 2), np.zeros(self.count)
         place = {index: k for k, index in enumerate(self.frames)}
 
         def one(index: int) -> tuple[list[_Equations], Floats, Floats]:
@@ -284,6 +301,11 @@ class _Work:
             halves = []
             for which in (0, 1, 2):
                 own = (seen.half == which) & inside
+                if solved:
+                    left = target[own] - seen.nuisance[own] @ self.beta
+                    known = _equations(seen.rigid[own], seen.nuisance[own, :0], left, weight[own])
+                    halves.append(_Equations(known.jj, none[0], none[1], known.j, none[2]))
+                    continue
                 halves.append(_equations(seen.rigid[own], seen.nuisance[own], target[own], weight[own]))
             if np.count_nonzero(inside) < _LEAST_PIXELS:
                 halves = [_equations(seen.rigid[:0], seen.nuisance[:0], target[:0], weight[:0])] * 3
