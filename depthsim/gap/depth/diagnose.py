@@ -118,7 +118,7 @@ def investigate(
     if not is_cause and recorded is not validator:
         recorded, before = validator, validator.score(evidence.base)
     named = bool(selection.model.parts) or is_cause
-    remarks = () if poses is None else (poses.note,)
+    remarks = () if poses is None else (poses.note(is_cause),)
     if not named and not before.stands_out(config.significance) and poses is not None:
         return _no_gap(recorded, profile, before, *remarks)
     if not named and before.above < config.significance.faint * before.floor:

@@ -22,8 +22,8 @@ _KNOTS = 4
 """Knots within the lag at which the correlation is a half: with so many a spline gives what is between exactly."""
 _MARGIN = 4
 """Knots beyond the picture, because a spline is less exact at its ends."""
-Row = Annotated[tuple[FiniteFloat, ...], Field(min_length=1, max_length=64)]
-Grid = Annotated[tuple[Row, ...], Field(min_length=1, max_length=64)]
+Row = Annotated[tuple[FiniteFloat, ...], Field(min_length=1, max_length=1024)]
+Grid = Annotated[tuple[Row, ...], Field(min_length=1, max_length=1024)]
 
 
 @kernel

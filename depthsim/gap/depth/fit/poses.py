@@ -40,10 +40,11 @@ class Poses:
             return (self.errors.effect(),)
         return () if self.held is None else (self.held,)
 
-    @property
-    def note(self) -> str:
+    def note(self, is_cause: bool) -> str:
         """What a reader must know of it."""
-        return f"{self.errors.text}: all else was diagnosed on frames registered with the scene"
+        if is_cause or self.held is not None:
+            return f"{self.errors.text}: all else was diagnosed on frames registered with the scene"
+        return "the frames were registered with the scene, which makes next to no difference to the gap"
 
 
 def register_frames(given: Evidence) -> Poses | None:
