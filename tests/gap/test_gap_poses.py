@@ -150,8 +150,11 @@ class Dented(Run):
         z = units.astype(float) * self.camera.depth_scale
         v, u = np.mgrid[: z.shape[0], : z.shape[1]]
         dents = np.zeros(z.shape)
-        for at, size in (((40, 30), 12), ((110, 60), 15), ((80, 20), 10), ((20, 70), 14)):
-            dents += 0.12 / (1 + (((u - at[0]) ** 2 + (v - at[1]) ** 2) / size**2) ** 2)
+        for at, size, depth in (
+            ((40, 30), 12, 1), ((110, 60), 15, 1), ((80, 20), 10, -1), ((20, 70), 14, -1), ((130, 20), 12, -1),
+            ((75, 70), 12, -1),
+        ):  # fmt: skip
+            dents += 0.12 * depth / (1 + (((u - at[0]) ** 2 + (v - at[1]) ** 2) / size**2) ** 2)
         fb = self.camera.focal_baseline
         d = fb / np.maximum(z, 1e-3) + dents
         return np.where(units > 0, np.round(fb / d / self.camera.depth_scale), 0).astype(np.uint16)
@@ -163,7 +166,7 @@ def test_a_pattern_is_named_with_its_grid(scene: Scene, tmp_path: Path) -> None:
     found = investigate(run, scene=scene, sensor=BASE, without=OTHERS, threads=1)
     causes = found.diagnosis.causes
     assert [cause.effect for cause in causes] == ["fixed_pattern"]
-    assert causes[0].closed_fraction > 0.7
+    assert causes[0].closed_fraction > 0.6  # what a mount or an offset explains as well is not learned
     assert [p.name for p in words.parameters(causes[0])] == ["amplitude", "size"]
     write_report(found, tmp_path / "report")
     text = (tmp_path / "report" / "sensor.yaml").read_text()

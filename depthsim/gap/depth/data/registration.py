@@ -45,8 +45,8 @@ _SEEN = 10.0
 """Where chance is more than this many of ``_FINE`` the scene does not show a direction."""
 _LEAST_FRAMES = 6
 """Of fewer frames nobody knows what is alike in all of them."""
-_ALL_SIX, _ONE = 22.5, 3.3
-"""What is alike in all frames is a mount's or late stamps' above this chi square of six or this many standard errors
+_THREE, _ONE = 16.3, 3.3
+"""What is alike in all frames is a mount's or late stamps' above this chi square of three or this many standard errors
 (1 in 1000): below it is what random errors leave on average."""
 _NOTHING = 1e-9
 """The prior of what is held at 0."""
@@ -158,8 +158,8 @@ class Registration:
         """The run with its poses corrected; between frames that were looked at corrections are interpolated."""
         if self.errors.is_none:
             return run
-        paths = (_corrected(path, self.stamps, self.corrections) for path in (run.trajectory, run.truth))
-        return replace(run, **dict(zip(("trajectory", "truth"), paths, strict=True)))
+        trajectory, truth = (_corrected(p, self.stamps, self.corrections) for p in (run.trajectory, run.truth))
+        return replace(run, trajectory=trajectory, truth=truth)
 
 
 def _corrected(path: Trajectory, stamps: Floats, corrections: Floats) -> Trajectory:
@@ -236,11 +236,13 @@ class _Work:
 
     def _tell_apart(self) -> None:
         """Take for random what is alike in all frames, where it is no more than random errors leave on average."""
-        mount, free = self.beta[:6], self.priors
+        free = self.priors
         # Errors that last are fewer than the frames.
         lasting = self._lasting()
         held = np.zeros(self.count, np.bool_)
-        held[:6] = mount @ np.linalg.solve(lasting * self.beta_covariance[:6, :6], mount) < _ALL_SIX
+        for part in (slice(0, 3), slice(3, 6)):
+            mount, covariance = self.beta[part], lasting * self.beta_covariance[part, part]
+            held[part] = mount @ np.linalg.solve(covariance, mount) < _THREE
         # Of poses that jitter, those of a moment between two frames are their mean, and fit better than either. So late
         # stamps are tried against the motion of the registered camera.
         held[6] = True
