@@ -102,7 +102,7 @@ def write_case(case: Case, folder: Path) -> Path:
     if film.rng("truth", 0).random() < 0.5:
         # As a tracking system gives them: denser than the frames.
         dense = np.unique(np.round(np.concatenate([np.arange(film.stamps[0], film.stamps[-1], 0.01), film.stamps]), 6))
-        write_whole(run / layout.GROUND_TRUTH, tum_text(film.route.trajectory(dense)).encode())
+        write_whole(run / layout.GROUND_TRUTH, tum_text(film.told(dense)).encode())
     write_whole(folder / "sensor.yaml", profile.encode())
     write_whole(folder / "case.json", (json.dumps(truth(case), indent=1) + "\n").encode())
     return run
@@ -122,8 +122,10 @@ def write_fresh(case: Case, run: Path) -> Path:
 
 def _write_run(film: Film, run: Path, picture: Callable[[int], NDArray[np.uint16]]) -> None:
     record = {"made_by": "a camera", "tags": list(film.world.scene.tags)}
-    trajectory = film.route.trajectory(film.stamps)
-    with RunWriter(run, film.camera, trajectory, record, overwrite=(run / layout.RECORD).exists()) as writer:
+    film.on_route = True
+    with RunWriter(
+        run, film.camera, film.told(film.stamps), record, overwrite=(run / layout.RECORD).exists()
+    ) as writer:
         for index in range(len(film)):
             writer.write_frame(index, {"depth": picture(index)})
         save_scene(film.world.scene, run)
