@@ -60,7 +60,7 @@ class DepthData(Section):
     least_frames: int = _count(20, "looked at of a recording that has as many, however large they are")
     most_frames: int = _count(40, "looked at, however small they are")
     block: int = _count(2, "frames in a row at most that go together, into fitting, selecting or reporting")
-    least_blocks: int = _count(6, "of which a third each are for fitting, selecting and reporting; of fewer, half each")
+    least_blocks: int = _count(9, "of which a third each are for fitting, selecting and reporting; of fewer, half each")
     pixels_of_frame: int = _count(50_000, "that are counted, about: of a larger frame, not every row")
     material_share: float = _value(0.002, "of the pixels, above which a material has cells of its own")
     most_materials: int = _count(10, "materials with cells of their own at most")

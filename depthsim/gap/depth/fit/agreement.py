@@ -33,12 +33,14 @@ class Changes:
     """How two sensors differ, kind by kind [bits per pixel], over chance.
 
     mean: (4, axes) in the mean over an axis' pixels; varies: (4, axes) in what changes from cell to cell; of bias, of
-    spread, of holes, and of the whole distribution. Zero for axes that count no errors. pairs: (axes,) how neighbours
+    spread, of holes, and of the whole distribution. Zero for axes that count no errors. chance: (4, axes) the
+    same as varies of two runs of one sensor. pairs: (axes,) how neighbours
     and successive frames differ, zero for the others; together: the same beyond what each error alone has.
     """
 
     mean: Floats
     varies: Floats
+    chance: Floats
     pairs: Floats
     together: float
 
@@ -95,15 +97,16 @@ def _leaves(validator: Validator, gap: Changes, left: Changes, k: int, alone: bo
     """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
     most = validator.evidence.config.agreement.left_by_flexible if flexible else 1.0
     limit, whole = validator.evidence.config.agreement, max(float(gap.whole[k]), 1e-12)
-    worth = gap.varies[k] / whole - _cost(validator)
+    sure = gap.varies[k] > limit.sure * gap.chance[k]
+    worth = np.where(sure, gap.varies[k], 0) / whole - _cost(validator)
     first = int(np.argmax(worth))
-    if k == ALL and gap.varies[k, first] < limit.all_along * whole:
+    if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
         return None
-    if gap.varies[k, first] <= limit.uniform * whole:
+    if not sure[first] or gap.varies[k, first] <= limit.uniform * whole:
         share = float(left.whole[k]) / whole
         return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > most * limit.left_of_uniform else None
     strong = worth >= limit.strong * worth[first] if alone else np.arange(len(worth)) == first
-    for axis in np.flatnonzero(strong & (gap.varies[k] > limit.uniform * whole)):
+    for axis in np.flatnonzero(strong & sure & (gap.varies[k] > limit.uniform * whole)):
         share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
         if share > (most * limit.left_along if axis == first else limit.untouched):
             return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, int(axis))}"
@@ -118,7 +121,8 @@ def _leaves_elsewhere(validator: Validator, effect: type[Effect], gap: Changes, 
     axis = int(np.argmax(left.varies[k] / max(whole, 1e-12) - _cost(validator)))
     varies = float(left.varies[k, axis])
     own = set(validator.evidence.axes[axis].name.split(" x ")) & set(effect.axes)
-    if own or varies < limit.mostly * whole or varies < limit.untouched * gap.varies[k, axis]:
+    sure = varies > limit.sure * left.chance[k, axis]
+    if own or not sure or varies < limit.mostly * whole or varies < limit.untouched * gap.varies[k, axis]:
         return None
     return f"leaves all of how {_WORDS[KINDS[k]]} change along {_name(validator, axis)}"
 
@@ -146,7 +150,8 @@ def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: 
         if not own or kind not in effect.kinds or does.whole[k] < limit.acts * does.whole[ALL]:
             continue
         least = limit.idle * float(does.whole[k])
-        if (left.varies[k, own] - gap.varies[k, own]).max() > least:
+        more = left.varies[k, own] - gap.varies[k, own] - limit.sure * left.chance[k, own]
+        if more.max() > least:
             return f"makes {_WORDS[kind]} change along {effect.axes[0].replace('_', ' ')}, where the recording's do not"
     return None
 
@@ -163,17 +168,23 @@ def _changes(validator: Validator, one: Counts, others: Sequence[Counts]) -> Cha
     """How ``one`` (blocks, size) differs from ``others``, each (blocks, size)."""
     evidence = validator.evidence
     usual = np.asarray(np.sum(others[1:], axis=0, dtype=np.float64))
-    mean, varies = np.zeros((2, len(KINDS), len(evidence.axes)))
+    fewer = np.asarray(np.sum(others[2:], axis=0, dtype=np.float64))
+    mean, varies, chance = np.zeros((3, len(KINDS), len(evidence.axes)))
     for number, axis in enumerate(evidence.axes):
         if axis.kind == histograms.ERROR:
             mean[:, number], varies[:, number] = _along(validator, number, one, others[0], usual)
+            chance[:, number] = np.abs(_along(validator, number, others[0], others[1], fewer)[1])
+    # One draw of chance says little of one axis: it is no less than it usually is.
+    chance = np.maximum(
+        chance, np.median(chance[:, [a.kind == histograms.ERROR for a in evidence.axes]], axis=1)[:, None]
+    )
     real, null, runs = (np.asarray(x.sum(axis=0)) for x in (one, others[0], usual))
     pairs = [n for n, axis in enumerate(evidence.axes) if axis.kind in PAIRS]
     own = (_together(validator, n, real, runs) - _together(validator, n, null, runs) for n in pairs)
     kinds = np.array([axis.kind for axis in evidence.axes])
     counted = (kinds > histograms.ERROR) & (kinds < histograms.PHASE)
     apart = validator.ruler.by_axis(real, runs) - validator.ruler.by_axis(null, runs)
-    return Changes(mean, varies, np.where(counted, np.maximum(apart, 0), 0), max(0.0, *own) if pairs else 0.0)
+    return Changes(mean, varies, chance, np.where(counted, np.maximum(apart, 0), 0), max(0.0, *own) if pairs else 0.0)
 
 
 def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: Counted) -> tuple[Floats, Floats]:
