@@ -123,6 +123,7 @@ class DepthAgreement(Section):
     """Whether an effect acts where the gap lies. What a gap is made of: bias, noise, holes."""
 
     acts: float = _value(0.25, "of what an effect does, that is of one kind, for which the effect must then answer")
+    sure: float = _value(3.0, "times what chance changes along an axis, below which nothing does")
     uniform: float = _value(
         0.1, "of what a gap has of a kind: with less changing along any axis, it is the same all over"
     )
