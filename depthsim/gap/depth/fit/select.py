@@ -17,6 +17,7 @@ from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.ties import Ties, compare_rivals
 from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.diagnosis import Nearest
+from depthsim.sensor.effect import effect_class
 
 
 @dataclass(frozen=True)
@@ -135,15 +136,23 @@ def _closes_enough(search: Search, gap: float, leaders: Sequence[Trial], score: 
     limit, best = search.config.select, leaders[0]
     gained, left = gap - best.gap, max(score.above, 1e-12)
     others = [c for c in leaders if c.newest.effect != best.newest.effect]
-    if gained < search.config.significance.faint * score.floor:
-        return False
     if first:
         most = max((gap - c.gap for c in others), default=0.0)
-        share = gained / search.whole
+        share = gained / _closable(search, best)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
+    if gained < search.config.significance.faint * score.floor:
+        return False
     if gained >= limit.further * search.whole or gained >= limit.further_of_left * left:
         return True
     return gained >= limit.further_apart * left and all(_stays(search, gap, best, other) for other in others)
+
+
+def _closable(search: Search, trial: Trial) -> float:
+    """What a first cause could take off the gap: errors that go together have a higher floor."""
+    if effect_class(trial.newest.effect).kinds[0] != "correlation":
+        return search.whole
+    floor = search.validator.score(trial.model.build(search.base)).floor
+    return max(search.before - floor, 1e-12)
 
 
 def _stays(search: Search, before: float, best: Trial, other: Trial) -> bool:
@@ -169,9 +178,13 @@ def _prune(search: Search, model: Model, gap: float) -> tuple[Model, float]:
 
 def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:
     """The causes that close something, and act where the gap lies that the others leave."""
+    refined = False
     while model.parts:
         shares = credit(search.validator, search.base, model)
         reasons = [search.disagreement(model, k, alone=True) for k in range(len(model.parts))]
+        if any(reasons) and not refined:  # a fit that has not converged may be all that is wrong
+            model, refined = search.refined(model), True
+            continue
         wrong = [k for k, why in enumerate(reasons) if why is not None]
         least = int(np.argmin(shares))
         if len(shares) > 1 and shares[least] < search.config.significance.faint * search.floor:
