@@ -70,12 +70,13 @@ def run(
     keep: Annotated[bool, typer.Option(help="Leave runs and reports in RESULTS/work.")] = False,
     rivals: Annotated[bool, typer.Option(help="Ask the two rivals too.")] = True,
     remeasure: Annotated[bool, typer.Option(help="Measure the closed fraction again on fresh frames.")] = True,
+    apart: Annotated[bool, typer.Option(help="Ask an independent test what an explained case leaves.")] = True,
     vary: Vary = None,
 ) -> None:
     """Diagnose the cases of some tiers, and print the tables."""
     console = Console()
     DepthConfig.varied(vary or [])  # refused here, not case by case
-    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure, tuple(vary or ()))
+    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure, apart, tuple(vary or ()))
     wanted: list[Wanted] = []
     for name in tier or list(TIERS):
         if name != "f":

@@ -1,7 +1,7 @@
 """Twelve diagnoses and the bytes of six runs, kept before a change of the code's structure and compared after it.
 
     ./run python qa/same_science.py keep before.json
-    ./run python qa/same_science.py compare before.json
+    ./run python qa/same_science.py compare before.json [bytes] [depth] [flight]
 
 Everything goes through the command line, so that any two versions can be compared. Causes, verdicts and words must be
 equal, figures to 1e-9, and every picture of a run must have the same bytes. It takes about four minutes on two cores.
@@ -64,8 +64,8 @@ def diagnosis(folder: Path, sensor: str) -> dict[str, Any]:
     return {"diagnosis": json.loads((folder / "diagnosis.json").read_text()), "fixed": (folder / sensor).read_text()}
 
 
-def depth_results(work: Path) -> dict[str, Any]:
-    """The runs' bytes, and the diagnoses of depth."""
+def byte_results(work: Path) -> dict[str, Any]:
+    """The runs' bytes."""
     found: dict[str, Any] = {}
     for name, text in PROFILES.items():
         (work / f"{name}.yaml").write_text(f"name: {name}\ncamera: d435\n{text}\n")
@@ -77,6 +77,12 @@ def depth_results(work: Path) -> dict[str, Any]:
             digests = {str(p.relative_to(work)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
             found[f"bytes of {name}"] = digests
         print(f"made {name}", file=sys.stderr)
+    return found
+
+
+def depth_results(work: Path) -> dict[str, Any]:
+    """The diagnoses of depth, of runs that were made."""
+    found: dict[str, Any] = {}
     runs = {name: (work / run, sensor) for name, (run, sensor) in DEPTH.items()}
     if (DATA / "d435_floor").is_dir():
         runs["real floor"] = (DATA / "d435_floor", "paper")
@@ -130,14 +136,19 @@ def differences(place: str, before: Any, after: Any) -> list[str]:
 
 
 def main() -> int:
-    """``keep FILE`` or ``compare FILE``."""
+    """``keep FILE`` or ``compare FILE``, and which of the three parts; all if none is given."""
     what, file = sys.argv[1], Path(sys.argv[2]).absolute()
+    makers = {"bytes": byte_results, "depth": depth_results, "flight": flight_results}
+    parts = [name for name in makers if name in (sys.argv[3:] or makers)]
+    if "depth" in parts and "bytes" not in parts:
+        sys.exit("depth needs bytes, which makes the runs")
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         import os
 
         os.chdir(work)
-        found = json.loads(json.dumps(depth_results(work) | flight_results(work)).replace(str(work), "WORK"))
+        every = {key: value for name in parts for key, value in makers[name](work).items()}
+        found = json.loads(json.dumps(every).replace(str(work), "WORK"))
     if what == "keep":
         file.write_text(json.dumps(found, indent=1))
         return 0

@@ -146,7 +146,8 @@ def test_simulator_and_diagnosis_know_it(run: Run, tmp_path: Path) -> None:
     cause = found["causes"][0]
     assert cause["effect"] == "dirty_window"
     assert cause["parameters"]["dirt"] == pytest.approx(0.2, abs=0.03) and cause["closed_fraction"] > 0.9
-    assert "a wall with the window wiped" in cause["advice"]
+    asked = "from depthsim.gap.depth.fit.advice import advice_for; print(advice_for('dirty_window', ('fill_rate',)))"
+    assert "a wall with the window wiped" in run("-c", asked).stdout
     assert "Holes that grow towards the right" in (report / "index.html").read_text()
     like = ("generate", "--like", tmp_path / "run", "--sensor", report / "sensor.yaml")
     depthsim(run, *like, "--out", tmp_path / "again", "--only-depth")

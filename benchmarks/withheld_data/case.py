@@ -102,7 +102,7 @@ def write_case(case: Case, folder: Path) -> Path:
     if film.rng("truth", 0).random() < 0.5:
         # As a tracking system gives them: denser than the frames.
         dense = np.unique(np.round(np.concatenate([np.arange(film.stamps[0], film.stamps[-1], 0.01), film.stamps]), 6))
-        write_whole(run / layout.GROUND_TRUTH, tum_text(film.route.trajectory(dense)).encode())
+        write_whole(run / layout.GROUND_TRUTH, tum_text(film.told(dense)).encode())
     write_whole(folder / "sensor.yaml", profile.encode())
     write_whole(folder / "case.json", (json.dumps(truth(case), indent=1) + "\n").encode())
     return run
@@ -122,8 +122,10 @@ def write_fresh(case: Case, run: Path) -> Path:
 
 def _write_run(film: Film, run: Path, picture: Callable[[int], NDArray[np.uint16]]) -> None:
     record = {"made_by": "a camera", "tags": list(film.world.scene.tags)}
-    trajectory = film.route.trajectory(film.stamps)
-    with RunWriter(run, film.camera, trajectory, record, overwrite=(run / layout.RECORD).exists()) as writer:
+    film.on_route = True
+    with RunWriter(
+        run, film.camera, film.told(film.stamps), record, overwrite=(run / layout.RECORD).exists()
+    ) as writer:
         for index in range(len(film)):
             writer.write_frame(index, {"depth": picture(index)})
         save_scene(film.world.scene, run)
@@ -165,6 +167,7 @@ def truth(case: Case) -> dict[str, Any]:
         formula = film.formulas[0]
         outside = formula.effect in OUTSIDE
         record["without"] = [] if outside else [formula.effect]
+        record["right_names"] = list(formula.names)
         record["right_axes"] = list(formula.axes if outside else RIGHT_AXES[formula.effect])
     return record
 
@@ -220,7 +223,7 @@ def _kind(rng: Rng, effects: tuple[str, ...]) -> str:
     """A kind of scene that can show these effects."""
     if "ambient_light" in effects:
         return "yard" if rng.random() < 0.75 else "room"
-    if {"moved_region", "specular_dropout"} & set(effects):
+    if {"moved_region", "foreign_thing", "noisy_place", "specular_dropout"} & set(effects):
         return str(rng.choice(["room", "clutter", "yard"]))
     if {"flying_pixels", "edge_fattening", "stereo_shadow"} & set(effects) and rng.random() < 0.6:
         return "clutter"

@@ -8,11 +8,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from benchmarks.withheld_data.route import Route
 from benchmarks.withheld_data.world import World
 from depthsim.camera import Camera
 from depthsim.raycast import Geometry
+from depthsim.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -44,6 +46,7 @@ class Formula:
     statistic: ClassVar[str] = "change"
     span: ClassVar[tuple[float, float]] = (1e-3, 1.0)
     axes: ClassVar[tuple[str, ...]] = ()
+    names: ClassVar[tuple[str, ...]] = ()
     amount: float = 0.0
 
     def __init__(self, rng: Rng, film: "Film") -> None:
@@ -74,6 +77,10 @@ class Formula:
     def delay(self, take: "Take") -> float | Floats:
         """Time of the picture minus its stamp [s]; (height,) for one a row."""
         return 0.0
+
+    def off(self, film: "Film", times: Floats) -> Floats | None:
+        """(N, 4, 4) what the poses told are off by at some times [s]: true pose = pose told · off. None: nothing."""
+        return None
 
     def turn(self) -> Floats | None:
         """(3, 3) rotation of the camera in its mount: true pose = pose · turn."""
@@ -176,13 +183,18 @@ class Take:
 
 
 class Film:
-    """All that a run is made of. ``formulas`` is what the simulator lacks; without any it films as the simulator."""
+    """All that a run is made of. ``formulas`` is what the simulator lacks; without any it films as the simulator.
+
+    on_route: whether the frames are taken on the route, and the poses told are off it. Otherwise it is the other way
+    round, so that what errors of the poses change is seen in the frames.
+    """
 
     def __init__(self, world: World, route: Route, camera: Camera, stamps: Floats, base: Base, seed: int) -> None:
         self.world, self.route, self.camera, self.stamps = world, route, camera, stamps
         self.base, self.seed = base, seed
         self.poses = route.at(stamps)
         self.formulas: Sequence[Formula] = ()
+        self.on_route = False
         self.v, self.u = np.mgrid[: camera.height, : camera.width].astype(np.float64)
         self.calibrated = camera.rays.astype(np.float64)
 
@@ -196,6 +208,19 @@ class Film:
     def inverse(self, x: Floats) -> Floats:
         """Depth to disparity, or back; 0 stays 0."""
         return np.divide(self.camera.focal_baseline, x, out=np.zeros_like(x), where=x > 0)
+
+    def off(self, times: Floats, formulas: Sequence[Formula]) -> Floats:
+        """(N, 4, 4) true pose = pose told · off."""
+        whole = np.broadcast_to(np.eye(4), (len(times), 4, 4))
+        for formula in formulas:
+            one = formula.off(self, times)
+            whole = whole if one is None else whole @ one
+        return whole
+
+    def told(self, times: Floats) -> Trajectory:
+        """The poses that are recorded, of frames that are taken on the route."""
+        poses = self.route.at(times) @ np.linalg.inv(self.off(times, self.formulas))
+        return Trajectory(times, poses[:, :3, 3], Rotation.from_matrix(poses[:, :3, :3]).as_quat())
 
     def law(self, z: Floats, tag: NDArray[np.uint8], m: dict[str, float] | None = None) -> Floats:
         """The base noise at depth ``z`` [m]."""
@@ -237,6 +262,8 @@ class Film:
         if np.any(delay):
             poses = self.route.at(stamp + np.atleast_1d(delay))
             take.poses = poses if len(poses) > 1 else poses[0]
+        if not self.on_route and any(type(formula).off is not Formula.off for formula in formulas):
+            take.poses = take.poses @ self.off(np.array([stamp]), formulas)[0]
         for formula in formulas:
             turn = formula.turn()
             if turn is not None:

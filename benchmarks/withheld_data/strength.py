@@ -39,6 +39,8 @@ SPECIAL: dict[str, tuple[Range, Range, Range]] = {
     # Faces of one material and edges are a small part of an image.
     "specular_dropout": ((0.003, 0.007), (0.012, 0.03), (0.04, 0.1)),
     "moved_region": ((0.01, 0.02), (0.03, 0.06), (0.1, 0.2)),
+    "foreign_thing": ((0.01, 0.02), (0.03, 0.06), (0.1, 0.2)),
+    "noisy_place": ((0.05, 0.1), (0.15, 0.3), (0.4, 0.7)),
     "spatial_filter": ((0.08, 0.15), (0.25, 0.45), (0.5, 0.85)),
 }
 """By effect, where a real camera's range is another."""

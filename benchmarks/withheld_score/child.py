@@ -12,7 +12,9 @@ from typing import Any
 def main() -> None:
     """Do the job and write its answer to the file that it names."""
     order: dict[str, Any] = json.loads(sys.argv[1])
-    answer = {"make": _make, "diagnose": _diagnose, "remeasure": _remeasure, "rivals": _rivals}[order["job"]](order)
+    answer = {"make": _make, "diagnose": _diagnose, "remeasure": _remeasure, "rivals": _rivals, "apart": _apart}[
+        order["job"]
+    ](order)
     Path(order["answer"]).write_text(json.dumps(answer), encoding="utf-8")
 
 
@@ -58,6 +60,13 @@ def _remeasure(order: dict[str, Any]) -> dict[str, Any]:
     )
     share = (before - after) / (before - floor) if before > floor else 0.0
     return {"before": before, "after": after, "floor": floor, "closed_fraction": share}
+
+
+def _apart(order: dict[str, Any]) -> dict[str, float]:
+    """By how much an independent test tells the recording from the simulator that the report wrote."""
+    from benchmarks.withheld_score.independent import told_apart
+
+    return told_apart(Path(order["run"]), Path(order["out"]) / "sensor.yaml")
 
 
 def _rivals(order: dict[str, Any]) -> dict[str, Any]:

@@ -3,18 +3,12 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from depthsim.materials import load_materials
-from depthsim.raycast import Caster, Geometry
-from depthsim.runs import Run
-from depthsim.scenefile import load_scene
-from depthsim.sensor import Effect, Sensor, effect_class, effect_ids, load_profile
-from depthsim.sensor.motion import Motion
+from benchmarks.withheld_score.pixels import Bench
+from depthsim.sensor import Effect, effect_class, effect_ids
 
 FRAMES = 6
 NO_GAP = "no gap"
-Floats = NDArray[np.float64]
 
 NAMED_BY: dict[str, str] = {
     "range": "disparity_noise",
@@ -38,37 +32,15 @@ NAMED_BY: dict[str, str] = {
 """What a user would take each feature of the classifier for."""
 
 
-class _Bench:
-    """A run beside simulations of it."""
-
-    def __init__(self, run: Path, profile: Path) -> None:
-        self.run = Run.open(run)
-        assert self.run.scene is not None
-        self.scene = load_scene(self.run.scene)
-        self.caster = Caster(self.scene)
-        self.effects = load_profile(profile).effects
-        self.motion = Motion.along(self.run.trajectory, self.run.truth)
-        step = max(1, len(self.run) // FRAMES)
-        self.frames = list(range(0, len(self.run), step))[:FRAMES]
-
-    def simulated(self, effects: tuple[Effect, ...], index: int) -> tuple[Floats, Geometry]:
-        """Depth [m] and clean geometry of a frame."""
-        sensor = Sensor(self.caster, self.run.camera, effects)
-        stamp = float(self.run.stamps[index])
-        measured = sensor.measure(self.run.poses[index], index=index, stamp=stamp, seed=77, motion=self.motion)
-        units = measured.depth_raw.astype(np.float64)
-        return np.where(units == 65535, 0, units * self.run.camera.depth_scale), measured.clean
-
-
 def by_rmse(run: Path, profile: Path) -> str:
     """The effect, at its default values, whose addition lowers the depth RMSE most; ``no gap`` where none does."""
-    bench = _Bench(run, profile)
+    bench = Bench(run, profile, FRAMES)
 
     def rmse(effects: tuple[Effect, ...]) -> float:
         total, count = 0.0, 0
         for index in bench.frames:
             simulated, _ = bench.simulated(effects, index)
-            real = bench.run.depth(index).astype(np.float64)
+            real = bench.recorded(index)
             both = (simulated > 0) & (real > 0)
             total, count = total + float(np.sum((simulated - real)[both] ** 2)), count + int(both.sum())
         return float(np.sqrt(total / max(count, 1)))
@@ -88,18 +60,16 @@ def by_importance(run: Path, profile: Path) -> str:
     from sklearn.inspection import permutation_importance
     from sklearn.metrics import roc_auc_score
 
-    bench = _Bench(run, profile)
+    bench = Bench(run, profile, FRAMES)
     rng = np.random.default_rng(0)
     samples, labels, halves = [], [], []
     for place, index in enumerate(bench.frames):
-        simulated, clean = bench.simulated(bench.effects, index)
         before = max(index - 1, 0)
-        previous_simulated, previous_clean = bench.simulated(bench.effects, before)
+        simulated, previous = (bench.simulated(bench.effects, at)[0] for at in (index, before))
         chosen = rng.choice(simulated.size, min(2500, simulated.size), replace=False)
-        real, previous = bench.run.depth(index).astype(float), bench.run.depth(before).astype(float)
-        for label, depth, last in ((1, real, previous), (0, simulated, previous_simulated)):
-            features = _features(bench, index, depth, clean, last, previous_clean)
-            samples.append(features.reshape(len(features), -1)[:, chosen].T)
+        pairs = [(bench.recorded(index), bench.recorded(before)), (simulated, previous)]
+        for label, features in zip((1, 0), bench.rows(index, pairs, chosen), strict=True):
+            samples.append(features)
             labels.append(np.full(len(chosen), label))
             halves.append(np.full(len(chosen), place % 2))
     x, y, half = np.concatenate(samples), np.concatenate(labels), np.concatenate(halves)
@@ -110,30 +80,3 @@ def by_importance(run: Path, profile: Path) -> str:
         return NO_GAP
     found = permutation_importance(model, test_x, test_y, scoring="neg_log_loss", n_repeats=2, random_state=0)
     return NAMED_BY[list(NAMED_BY)[int(np.argmax(found.importances_mean))]]
-
-
-def _features(bench: _Bench, index: int, depth: Floats, clean: Geometry, last: Floats, last_clean: Geometry) -> Floats:
-    """(features, height, width), in the order of NAMED_BY."""
-    camera = bench.run.camera
-    z = clean.depth.astype(np.float64)
-    there = (depth > 0) & (z > 0)
-    residual = np.where(there, depth - z, np.nan)
-    before = np.where((last > 0) & (last_clean.depth > 0), last - last_clean.depth, np.nan)
-    v, u = np.mgrid[: camera.height, : camera.width].astype(np.float64)
-    left, up = np.full_like(z, np.nan), np.full_like(z, np.nan)
-    left[:, 1:], up[1:] = residual[:, :-1], residual[:-1]
-    disparity = np.divide(camera.focal_baseline, z, out=np.zeros_like(z), where=z > 0)
-    edge = np.hypot(*np.gradient(disparity))
-    measured = np.divide(camera.focal_baseline, depth, out=np.zeros_like(z), where=depth > 0)
-    pose = bench.run.poses[index]
-    height = pose[2, 3] + z * (pose[2, 0] * camera.rays[0] + pose[2, 1] * camera.rays[1] + pose[2, 2])
-    m = np.array([*(load_materials()[tag].m for tag in bench.scene.tags), *[0.0] * (256 - len(bench.scene.tags))])
-    linear, angular = bench.motion.speeds(float(bench.run.stamps[index]))
-    flat = np.ones_like(z)
-    return np.stack(
-        [
-            z, np.degrees(np.arccos(np.clip(clean.cosine, 0, 1))), m[clean.tag], u, v, np.hypot(*camera.rays), edge,
-            height, there, residual, np.abs(residual), left, up, before, measured % 1.0,
-            bench.run.stamps[index] * flat, (linear + angular) * flat,
-        ]
-    )  # fmt: skip

@@ -28,6 +28,7 @@ class Settings:
     keep: bool = False
     rivals: bool = True
     remeasure: bool = True
+    apart: bool = True
     vary: tuple[str, ...] = ()
 
 
@@ -102,6 +103,9 @@ def _judged(
         if fresh is not None:
             again = _child({"job": "remeasure", **order, "run": str(fresh)}, work)
             record["remeasured"] = again.get("answer") or {"error": again["error"]}
+        if settings.apart and found["answer"]["verdict"] == "explained":
+            again = _child({"job": "apart", **order}, work)
+            record["apart"] = again.get("answer") or {"error": again["error"]}
     if settings.rivals and record["truth"]["tier"] in "ad":
         rivals = _child({"job": "rivals", **order}, work)
         record["rivals"] = rivals.get("answer") or {"error": rivals["error"]}

@@ -93,13 +93,13 @@ def tier_a(results: Iterable[Result]) -> list[Count]:
     weak = [r for r in done if strength(r) == "weak"]
     felt = [r for r in weak if first(r) != "no gap"]
     counts = [
-        *_right("medium and strong", clear, 0.95),
+        *_right("medium and strong", clear, 0.97),
         Count("a gap is told, weak", len(felt), len(weak)),
-        *_right("weak, where a gap is told", felt, 0.8),
+        *_right("weak, where a gap is told", felt, 0.9),
     ]
     some = [r for r in done if named(r)]
     counts.append(
-        Count("no further cause", sum(set(named(r)) <= set(wanted(r)) | {first(r)} for r in some), len(some), 0.9)
+        Count("no further cause", sum(set(named(r)) <= set(wanted(r)) | {first(r)} for r in some), len(some), 0.95)
     )
     return counts
 
@@ -114,16 +114,23 @@ def _right(what: str, group: list[Result], target: float) -> list[Count]:
 
 
 def tier_b(results: Iterable[Result]) -> list[Count]:
-    """Reported as unknown, and where."""
+    """Nothing named that is not there, and where the gap lies. A wrong name beside a right axis is a wrong name."""
     done = list(results)
-    told = [r for r in done if r["diagnosis"]["verdict"] in ("unexplained", "partly_explained")]
-    right = [r for r in told if set(axes(r)) & set(r["truth"]["right_axes"])]
-    primary = [r for r in told if r["truth"]["right_axes"][0] in axes(r)]
+    unnamed = [r for r in done if set(named(r)) <= set(r["truth"].get("right_names", ()))]
+    right = [r for r in done if set(axes(r)) & set(r["truth"]["right_axes"])]
+    primary = [r for r in done if r["truth"]["right_axes"][0] in axes(r)]
     return [
-        Count("unexplained or partly, a right axis among the first two", len(right), len(done), 0.9),
-        Count("  unexplained or partly", len(told), len(done)),
+        Count("no wrong name", len(unnamed), len(done), 0.85),
+        Count("a right axis among the first two", len(right), len(done), 0.9),
         Count("  the axis that fits best among the first two", len(primary), len(done)),
     ]
+
+
+def apart(results: Iterable[Result]) -> list[Count]:
+    """Where the report says explained, and an independent test does not agree."""
+    done = [r["apart"] for r in results if "bits" in r.get("apart", {})]
+    wrong = sum(one["bits"] > 2 * one["null"] for one in done)
+    return [Count("explained, and yet the independent test is above twice its null", wrong, len(done), 0.03, most=True)]
 
 
 def axes(result: Result) -> list[str]:
@@ -138,7 +145,7 @@ def tier_c(results: Iterable[Result]) -> list[Count]:
     done = list(results)
     return [
         Count("all causes named", sum(set(wanted(r)) <= set(named(r)) for r in done), len(done), 0.8),
-        Count("none wrong", sum(set(named(r)) <= set(wanted(r)) for r in done), len(done), 0.8),
+        Count("none wrong", sum(set(named(r)) <= set(wanted(r)) for r in done), len(done), 0.95),
     ]
 
 

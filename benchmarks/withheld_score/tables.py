@@ -37,6 +37,8 @@ def print_all(folder: Path, console: Console) -> None:
     for tier in "ef":
         if by_tier[tier]:
             parts.append(_stereo(tier, by_tier[tier]))
+    if score.apart(good)[0].of:
+        parts.append(_counts("an independent test (boosted trees), where the report says explained", score.apart(good)))
     parts.append(_costs(good))
     failed = [r for r in results if "error" in r]
     if failed:

@@ -59,7 +59,8 @@ class DepthData(Section):
     pixels: int = _count(6_000_000, "simulated in all: so many frames are looked at, but for the next two")
     least_frames: int = _count(20, "looked at of a recording that has as many, however large they are")
     most_frames: int = _count(40, "looked at, however small they are")
-    block: int = _count(4, "frames in a row at most that go together, into fitting or into validating")
+    block: int = _count(2, "frames in a row at most that go together, into fitting, selecting or reporting")
+    least_blocks: int = _count(9, "of which a third each are for fitting, selecting and reporting; of fewer, half each")
     pixels_of_frame: int = _count(50_000, "that are counted, about: of a larger frame, not every row")
     material_share: float = _value(0.002, "of the pixels, above which a material has cells of its own")
     most_materials: int = _count(10, "materials with cells of their own at most")
@@ -74,6 +75,7 @@ class DepthFit(Section):
 
     first_look_pixels: int = _count(400_000, "that are enough for a first look at the whole bank")
     leaders: int = _count(6, "candidates that are fitted in full after the first look")
+    looked_at_again: int = _count(10, "of the bank that are looked at for a further cause, by what they did at first")
     far_behind: float = _value(2.0, "times the least loss: a candidate above it after two rounds is fitted no further")
     trial: float = _value(0.25, "of a change that matters, by which a parameter is moved to find its slope")
     longest_step: float = _value(4.0, "changes that matter, by which a parameter moves at once")
@@ -91,26 +93,52 @@ class DepthSelect(Section):
     """Which candidates become causes. Shares are of the gap over its floor, on frames held out."""
 
     most_causes: int = _count(6, "causes that are named at most")
-    done: float = _value(0.015, "left of the gap: with no more, no further cause is looked for")
     first: float = _value(0.3, "that the first cause must close: less is a name that happens to be near")
     first_apart: float = _value(0.05, "that is enough for the first cause, if it also closes so many times the next")
     first_apart_times: float = _value(3.0, "what the next effect would close, see first_apart")
-    further: float = _value(0.1, "that a further cause must close, whatever was left")
-    further_of_left: float = _value(0.5, "of what was left, that is enough for a further cause above `least`")
-    least: float = _value(0.01, "that a cause must close beside all others; below it, it is dropped")
-    further_apart: float = _value(0.02, "that is enough for a further cause, if `stays` of it stays beside any rival")
+    further: float = _value(0.1, "that is enough for a further cause, whatever was left")
+    further_of_left: float = _value(0.5, "of what was left, that is enough for a further cause")
+    further_apart: float = _value(0.2, "of what was left, that is enough if `stays` of it stays beside any rival")
+    least: float = _value(0.005, "that a cause must close beside a later one; below it, it is dropped")
     stays: float = _value(
         0.7,
         "of what a further cause closes, that must stay where a rival is there before it: a true cause closes its own "
         "part, the residual of a misfit is one for all that could take it up",
     )
     rival: float = _value(0.25, "of what a further cause closes: effects that close less by themselves are no rivals")
-    plain: float = _value(0.5, "of what a flexible first cause closes: a plain one that closes so much is begun with")
+    rounds: int = _count(2, "times that causes are looked for, when some are dropped at the end")
+    trusted: int = _count(
+        1, "times that a cause is taken for the moment, though it does not act where the gap lies yet"
+    )
+    nearest: float = _value(0.1, "that an effect must close to be reported as near, though it is no cause")
+    most_nearest: int = _count(3, "effects that are reported as near at most")
     flexible: int = _count(4, "parameters, with which an effect can take up much of what is another's")
     taken_up: float = _value(0.1, "of what it closes, by which a flexible further cause must be ahead of a plain one")
     tied: float = _value(0.01, "difference of what two close, below which they are ties, however sure it is")
     near: float = _value(0.15, "difference of what two close, above which they are no rivals for a tie")
     near_of_cause: float = _value(0.3, "the same as a part of what the better one closes")
+
+
+class DepthAgreement(Section):
+    """Whether an effect acts where the gap lies. What a gap is made of: bias, noise, holes."""
+
+    acts: float = _value(0.25, "of what an effect does, that is of one kind, for which the effect must then answer")
+    sure: float = _value(3.0, "times what chance changes along an axis, below which nothing does")
+    uniform: float = _value(
+        0.1, "of what a gap has of a kind: with less changing along any axis, it is the same all over"
+    )
+    all_along: float = _value(
+        0.4, "of a gap: with so much changing along one axis, all kinds together, any cause must answer for that"
+    )
+    strong: float = _value(0.6, "of what changes along the first axis: with so much, an axis must not stay untouched")
+    left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
+    left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
+    near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
+    mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
+    untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
+    together: float = _value(0.3, "of what an effect does: with more going together, it is no independent error")
+    idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
+    left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
 
 
 class DepthSignificance(Section):
@@ -126,9 +154,6 @@ class DepthSignificance(Section):
     excess: float = _value(8.0, "over all axes, above which there is a gap")
     excess_along_axis: float = _value(8.0, "along one axis, above which there is a gap")
     faint: float = _value(0.1, "of the floor: less than this over it, and no cause, is no gap")
-    explained: float = _value(
-        0.98, "closed of the gap: from here on it is explained, whatever stands out of what is left"
-    )
     runs: int = _count(16, "simulated of one sensor, to know how far two runs of it are apart")
     runs_resampled: int = _count(8, "of these that are taken when blocks of frames are left out in turn")
     spread_prior: float = _value(
@@ -176,6 +201,7 @@ class DepthConfig(Config):
     data: DepthData = DepthData()
     fit: DepthFit = DepthFit()
     select: DepthSelect = DepthSelect()
+    agreement: DepthAgreement = DepthAgreement()
     significance: DepthSignificance = DepthSignificance()
     where: DepthWhere = DepthWhere()
     compare: DepthCompare = DepthCompare()

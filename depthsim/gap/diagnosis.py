@@ -75,8 +75,18 @@ class Cause(_Part):
     advice: str = ""
 
 
+class Nearest(_Part):
+    """An effect that comes near and is no cause: what it closes of the gap, and why it is none."""
+
+    effect: str
+    closed_fraction: FiniteFloat
+    why_not: str
+
+
 class Unexplained(_Part):
     """What is left. fraction: of the gap; where: the same cuts for what is left; description: in words.
+
+    nearest: effects that come near, but do not act where the gap lies, or leave too much of it.
 
     learnable: the share of the gap that a correction learned on those axes would close, on data held out; None unasked.
     """
@@ -85,6 +95,7 @@ class Unexplained(_Part):
     where: tuple[Cut, ...]
     description: str
     learnable: FiniteFloat | None = None
+    nearest: tuple[Nearest, ...] = ()
 
 
 class Diagnosis(_Part):

@@ -225,6 +225,10 @@ def test_scores():
     assert [c.good for c in score.tier_d([_result("", "material_noise", tier="d"), _result("", "max_range")])] == [1]
     reported = _result("time_offset", tier="b", verdict="unexplained")
     assert [c.good for c in score.tier_b([reported])] == [1, 1, 1]
+    named = _result("time_offset", "motion_noise", tier="b", verdict="partly_explained")
+    assert score.tier_b([named])[0].good == 0
+    apart = [{**good, "apart": {"bits": bits, "null": 0.001}} for bits in (0.0015, 0.02)]
+    assert [(c.good, c.of) for c in score.apart([*apart, good])] == [(1, 2)]
     low, high = score.wilson(95, 100)
     assert low == pytest.approx(0.8882, abs=1e-3) and high == pytest.approx(0.9785, abs=1e-3)
 

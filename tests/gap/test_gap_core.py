@@ -1,5 +1,7 @@
 """The parts of the diagnosis: axes against casting, counts, distances, fits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -185,8 +187,15 @@ def test_blocks_are_disjoint_and_span_the_run(count: int, pixels: int) -> None:
 def test_the_bank_is_the_registry() -> None:
     setting = Setting(("cement", "wood"), np.linspace(0.5, 5, 12), 3.0, load_materials())
     base = load_profile("paper").effects
+    # A pattern of a random shape is none of this recording's.
+    assert {h.effect for h in candidates(base, setting)} == set(effect_ids()) - {"fixed_pattern"}
+    grid = ((0.1, 0.3), (0.0, -0.2))
+    setting = replace(setting, learned={"fixed_pattern": {"amplitude": 0.1, "size": 30.0, "grid": grid}})
     found = candidates(base, setting)
     assert {h.effect for h in found} == set(effect_ids())
+    (learned,) = [h for h in found if h.effect == "fixed_pattern"]
+    assert [free.label for free in learned.free] == ["amplitude"]
+    assert learned.starts == ((0.1,),) and learned.fixed["grid"] == grid
     assert {h.effect for h in candidates(base, setting, ("fill_rate",))} == set(effect_ids()) - {"fill_rate"}
     for candidate in found:
         for values in candidate.starts:

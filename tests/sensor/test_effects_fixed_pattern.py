@@ -98,4 +98,4 @@ def test_a_grid_that_is_none_is_told_in_a_line(grid: str, problem: str, tmp_path
 
 def test_a_grid_has_bounds() -> None:
     with pytest.raises(ValidationError):
-        FixedPattern(grid=((0.1,) * 65,))
+        FixedPattern(grid=((0.1,) * 1025,))

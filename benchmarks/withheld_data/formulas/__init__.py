@@ -12,19 +12,36 @@ from benchmarks.withheld_data.formulas import (
     noise,
     optics,
     outside,
+    pattern,
     pose,
+    poses,
     shadow,
     tails,
 )
 
-_FAMILIES = (pose, optics, disparity, noise, correlation, tails, holes, light, shadow, limits, edges, filters)
+_FAMILIES = (
+    pose,
+    poses,
+    optics,
+    pattern,
+    disparity,
+    noise,
+    correlation,
+    tails,
+    holes,
+    light,
+    shadow,
+    limits,
+    edges,
+    filters,
+)
 
 
 def _by_effect(*families: object) -> dict[str, tuple[type[Formula], ...]]:
     found: dict[str, tuple[type[Formula], ...]] = {}
     for family in families:
         for kind in vars(family).values():
-            if isinstance(kind, type) and issubclass(kind, Formula) and "effect" in vars(kind):
+            if isinstance(kind, type) and issubclass(kind, Formula) and vars(kind).get("effect"):
                 found[kind.effect] = (*found.get(kind.effect, ()), kind)
     return found
 

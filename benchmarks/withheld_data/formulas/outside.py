@@ -23,23 +23,6 @@ class RowBanding(Formula):
         take.z = np.where(d > 0, take.film.inverse(np.maximum(d + rows, d / 3)), 0)
 
 
-class ColumnPattern(Formula):
-    """Every column has an offset in disparity that stays: a fixed pattern of the readout."""
-
-    effect = "column_pattern"
-    span = (2e-3, 1.0)
-    axes = ("image_column", "image_position", "pixel_neighbours", "frame_neighbours")
-
-    def __init__(self, rng: Rng, film: Film) -> None:
-        self._columns = ndimage.gaussian_filter1d(rng.standard_normal(film.camera.width), rng.uniform(0.5, 6))
-        self._columns /= self._columns.std()
-
-    def bias(self, take: Take) -> None:
-        """amount: std of the columns [px]."""
-        d = take.disparity
-        take.z = np.where(d > 0, take.film.inverse(np.maximum(d + self.amount * self._columns, d / 3)), 0)
-
-
 class WavyRange(Formula):
     """A bias that waves with depth, as that of a camera that measures phases."""
 
@@ -156,3 +139,153 @@ class StuckFrames(Formula):
         while index > 0 and self._turn[index] < self.amount:
             index -= 1
         return index
+
+
+class DirtyCover(Formula):
+    """Specks on the glass that stay where they are: holes in fixed places of the image, in many small patches."""
+
+    effect = "fixed_holes"
+    statistic = "holes"
+    span = (1e-3, 0.9)
+    axes = ("image_position", "image_row", "image_column", "frame_neighbours", "pixel_neighbours")
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        self.grain = float(rng.uniform(0.8, 4.0))
+        self._order = ndimage.gaussian_filter(rng.standard_normal(film.camera.shape), self.grain)
+        self._order = np.argsort(np.argsort(self._order, axis=None)).reshape(film.camera.shape) / self._order.size
+
+    def lose(self, take: Take) -> Mask:
+        """amount: share of the image that is covered."""
+        return self._order < self.amount
+
+
+class AgeingNoise(Formula):
+    """The noise grows while the camera runs, as the projector fades."""
+
+    effect = "ageing_noise"
+    statistic = "spread"
+    span = (0.02, 10.0)
+    axes = ("time", "motion")
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        self.power = float(rng.uniform(0.6, 2.0))
+        self._seconds = max(float(film.stamps[-1] - film.stamps[0]), 1e-9)
+
+    def spread(self, take: Take) -> None:
+        """amount: factor less 1 at the end."""
+        share = (take.stamp - float(take.film.stamps[0])) / self._seconds
+        take.sigma = take.sigma * (1 + self.amount * share**self.power)
+
+
+class NoisyCorner(Formula):
+    """One place of the scene is noisy, whatever it is made of: a heater, a curtain in the wind."""
+
+    effect = "noisy_place"
+    statistic = "spread"
+    span = (0.02, 12.0)
+    axes = ("surface", "height", "image_position", "material")
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        take = film.make(len(film) // 2, (), noise=False)
+        seen = take.points[take.z > 0]
+        self._centre = seen[int(rng.integers(len(seen)))]
+        self.radius = float(rng.uniform(0.4, 1.2))
+
+    def spread(self, take: Take) -> None:
+        """amount: factor less 1 within the radius [m]."""
+        near = np.linalg.norm(take.points - self._centre, axis=-1) < self.radius
+        take.sigma = np.where(near, take.sigma * (1 + self.amount), take.sigma)
+
+
+class TravellingWave(Formula):
+    """A wave of disparity that travels over the image, as a beat between exposure and scan has it."""
+
+    effect = "travelling_wave"
+    span = (2e-3, 1.5)
+    axes = ("pixel_neighbours", "frame_neighbours", "time", "image_position", "image_row", "image_column")
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        height = film.camera.height
+        self.length = float(rng.uniform(0.15, 0.6) * height)
+        self.angle, self.per_frame = float(rng.uniform(0, np.pi)), float(rng.uniform(0.07, 0.45))
+
+    def bias(self, take: Take) -> None:
+        """amount: its height [px]; length in pixels, per_frame in turns."""
+        along = take.film.u * np.cos(self.angle) + take.film.v * np.sin(self.angle)
+        wave = self.amount * np.sin(2 * np.pi * (along / self.length + self.per_frame * take.index))
+        d = take.disparity
+        take.z = np.where(d > 0, take.film.inverse(np.maximum(d + wave, d / 3)), 0)
+
+
+class ForeignThing(Formula):
+    """A thing hangs in the scene that its model does not have."""
+
+    effect = "foreign_thing"
+    span = (0.02, 0.5)
+    axes = ("surface", "image_position", "residual_tail", "height", "edge_distance", "range")
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        take = film.make(len(film) // 2, (), noise=False)
+        v, u = np.nonzero(take.z > 0)
+        at = int(rng.integers(len(v)))
+        eye = take.origins[v[at], 0]
+        self._centre = eye + float(rng.uniform(0.4, 0.8)) * (take.points[v[at], u[at]] - eye)
+
+    def bias(self, take: Take) -> None:
+        """amount: radius of a ball [m]."""
+        poses = np.broadcast_to(take.poses, (take.film.camera.height, 4, 4))
+        local = np.einsum("vji,vj->vi", poses[:, :3, :3], self._centre - poses[:, :3, 3])[:, None]
+        ray = np.stack([take.directions[0], take.directions[1], np.ones_like(take.z)], axis=-1)
+        a, b = (ray**2).sum(axis=-1), (ray * local).sum(axis=-1)
+        root = b**2 - a * ((local**2).sum(axis=-1) - self.amount**2)
+        near = np.where(root > 0, (b - np.sqrt(np.maximum(root, 0))) / a, 0)
+        hit = (near > 0.1) & ((take.z == 0) | (near < take.z))
+        take.z = np.where(hit, near, take.z)
+        take.sigma = np.where(hit, take.film.law(take.z, take.geometry.tag), take.sigma)
+
+
+class NoisyFrames(Formula):
+    """Some frames are noisier than the rest: another projector in the room, now and then."""
+
+    effect = "noisy_frames"
+    statistic = "spread"
+    span = (0.02, 15.0)
+    axes = ("time", "frame_neighbours", "residual_tail", "motion")
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        self._noisy = rng.random(len(film)) < rng.uniform(0.2, 0.5)
+        self._noisy[int(rng.integers(len(film)))] = True
+
+    def spread(self, take: Take) -> None:
+        """amount: factor less 1 in such frames."""
+        take.sigma = take.sigma * (1 + self.amount * self._noisy[min(take.index, len(self._noisy) - 1)])
+
+
+class FrameGain(Formula):
+    """Each frame has a scale of its own: the rectification is estimated anew all the time."""
+
+    effect = "frame_gain"
+    span = (5e-4, 0.1)
+    axes = ("time", "range", "frame_neighbours", "pixel_neighbours")
+
+    def bias(self, take: Take) -> None:
+        """amount: std of the scale."""
+        take.z = take.z * (1 + self.amount * np.clip(take.rng("gain").standard_normal(), -3, 3))
+
+
+class DarkBar(Formula):
+    """A bar of rows without depth wanders over the image: a lamp's beat against the shutter."""
+
+    effect = "wandering_bar"
+    statistic = "holes"
+    span = (2e-3, 1.0)
+    axes = ("time", "image_row", "image_position", "pixel_neighbours", "frame_neighbours")
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        self.width, self.per_frame = float(rng.uniform(0.05, 0.25)), float(rng.uniform(0.05, 0.4))
+        self.begin = float(rng.random())
+
+    def lose(self, take: Take) -> Mask:
+        """amount: chance in the bar; width and way a frame in image heights."""
+        row = (take.film.v / take.film.camera.height - self.begin - self.per_frame * take.index) % 1.0
+        return (row < self.width) & (take.rng("bar").random(take.z.shape) < self.amount)

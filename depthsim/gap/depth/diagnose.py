@@ -11,11 +11,15 @@ from pathlib import Path
 
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import MEASURE, UNIT
+from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
+from depthsim.gap.depth.fit.pattern import learn_pattern
+from depthsim.gap.depth.fit.poses import register_frames
 from depthsim.gap.depth.fit.select import Selection, select
+from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
@@ -25,6 +29,8 @@ from depthsim.materials import Materials
 from depthsim.runs.folder import Run
 from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.effects.fixed_pattern import FixedPattern
+from depthsim.sensor.effects.pose_noise import PoseNoise
 from depthsim.sensor.profile import Profile
 
 _FAINTLY = (
@@ -85,38 +91,73 @@ def investigate(
 ) -> Findings:
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
     say("casting the scene")
-    evidence, profile = load_evidence(run, scene, sensor, materials, threads, config)
-    validator = Validator(evidence, evidence.test)
+    given, profile = load_evidence(run, scene, sensor, materials, threads, config)
 
     # Is there a gap?
     say("measuring the gap")
-    before = validator.score(evidence.base)
-    if not before.stands_out(config.significance):
-        return _no_gap(validator, profile, before)
+    recorded, selecting = _parts(given)
+    before = recorded.score(given.base)
+    if not (before.stands_out(config.significance) or selecting.score(given.base).stands_out(config.significance)):
+        return _no_gap(recorded, profile, before, *_blind(given, without))
+    say("locating the gap")
+    places = locate(given, recorded.ruler, given.base)
+    where = cuts_of(given, given.base, places)
+
+    # Are the poses off? All else is looked for on frames that are registered.
+    validator, poses = recorded, None
+    if PoseNoise.id not in without:
+        say("registering the frames")
+        poses = register_frames(given)
+        if poses is not None:
+            given.forget(given.test)
+            validator, selecting = _parts(poses.evidence)
+    evidence = validator.evidence
 
     # Which effects explain it?
-    selection = _which(validator, before, without, say)
-    if not selection.model.parts and before.above < config.significance.faint * before.floor:
-        return _no_gap(validator, profile, before, _FAINTLY)
+    selection = _which(selecting, without, say)
+    is_cause = poses is not None and not poses.are_as_held and _matter(recorded, validator, selection)
+    if not is_cause and recorded is not validator:
+        recorded, before = validator, validator.score(evidence.base)
+    named = bool(selection.model.parts) or is_cause
+    remarks = (*(() if poses is None else (poses.note(is_cause),)), *_blind(evidence, without))
+    if not named and not before.stands_out(config.significance) and poses is not None:
+        return _no_gap(recorded, profile, before, *remarks)
+    if not named and before.above < config.significance.faint * before.floor:
+        return _no_gap(recorded, profile, before, *remarks, _FAINTLY)
 
     # How far do they close it?
-    after, gap = _how_far(validator, selection, before)
+    after, gap = _how_far(recorded, validator, selection, before)
 
-    # Where does it lie, before and after?
-    say("locating the gap")
-    places = locate(evidence, validator.ruler, evidence.base)
-    places_after, unexplained = _left(validator, selection, places, after, gap.closed_fraction)
+    # Where is the rest?
+    say("locating what is left")
+    places_after, unexplained = _left(validator, selection, places, after, gap.closed_fraction, named)
 
+    as_given, errors = (recorded, poses.errors) if is_cause and poses is not None else (None, None)
     diagnosis = Diagnosis(
-        verdict=_verdict(selection, unexplained),
+        verdict=_verdict(named, unexplained),
         gap=gap,
-        where=cuts_of(evidence, evidence.base, places),
-        causes=causes_of(validator, selection, before.gap - after.floor),
+        where=where,
+        causes=causes_of(validator, selection, before.gap - after.floor, as_given, errors),
         unexplained=unexplained,
-        notes=notes_of(evidence),
+        notes=(*notes_of(evidence), *remarks),
     )
-    fixed = fixed_profile(profile, selection.model.build(evidence.base))
-    return Findings(diagnosis, evidence, validator, profile, fixed, before, after, selection, places, places_after)
+    fixed = (*selection.model.build(evidence.base), *(() if poses is None else poses.effects(is_cause)))
+    return Findings(
+        diagnosis, recorded.evidence, recorded, profile, fixed_profile(profile, fixed), before, after, selection,
+        places, places_after,
+    )  # fmt: skip
+
+
+def _parts(evidence: Evidence) -> tuple[Validator, Validator]:
+    """The frames that are reported on, and those that causes are selected on."""
+    reported = Validator(evidence, evidence.test)
+    return reported, Validator(evidence, evidence.held_out) if evidence.in_three else reported
+
+
+def _blind(evidence: Evidence, without: Sequence[str]) -> tuple[str, ...]:
+    """A note on the effects that this recording cannot show."""
+    names = unseen(evidence, without)
+    return (in_words(names),) if names else ()
 
 
 def _no_gap(validator: Validator, profile: Profile, before: Score, *notes: str) -> Findings:
@@ -127,41 +168,59 @@ def _no_gap(validator: Validator, profile: Profile, before: Score, *notes: str) 
     return Findings(diagnosis, validator.evidence, validator, profile, profile, before, before, None, [], [])
 
 
-def _which(validator: Validator, before: Score, without: Sequence[str], say: Say) -> Selection:
+def _which(validator: Validator, without: Sequence[str], say: Say) -> Selection:
     """The effects that explain the gap, of all that may be wrong with the simulator."""
     evidence = validator.evidence
-    bank = candidates(evidence.base, setting_of(evidence), without, evidence.config.fit)
-    return select(evidence, validator, bank, before.gap, before.floor, say)
+    if not any(isinstance(effect, PoseNoise) for effect in evidence.base):
+        # Registration is the better test of the poses: what it does not find, no fit of their spread may.
+        without = (*without, PoseNoise.id)
+    learned = {}
+    if FixedPattern.id not in without and (pattern := learn_pattern(evidence)) is not None:
+        learned[FixedPattern.id] = pattern.effect().model_dump()
+    bank = candidates(evidence.base, setting_of(evidence, learned), without, evidence.config.fit)
+    return select(evidence, validator, bank, say)
 
 
-def _how_far(validator: Validator, selection: Selection, before: Score) -> tuple[Score, Gap]:
-    """The gap with the causes added: measured again, as before, on frames that nothing was fitted on."""
-    if not selection.model.parts:
+def _matter(recorded: Validator, registered: Validator, selection: Selection) -> bool:
+    """Whether the poses' errors make more of a gap, beside the other causes, than a faint one."""
+    model, runs = selection.model, registered.config.runs
+    with_errors = recorded.quick(model.build(recorded.evidence.base), runs)
+    score = registered.score(model.build(registered.evidence.base))
+    return with_errors - score.gap > registered.config.faint * score.floor
+
+
+def _how_far(recorded: Validator, validator: Validator, selection: Selection, before: Score) -> tuple[Score, Gap]:
+    """The gap with the causes added: measured again, as before, on frames that nothing was fitted on.
+
+    recorded: the frames as they were, validator: as they are registered; the same where that is no cause.
+    """
+    if not selection.model.parts and recorded is validator:
         return before, _gap(before, before, 0.0, 0.0)
-    base = validator.evidence.base
-    effects = selection.model.build(base)
+    effects = selection.model.build(validator.evidence.base)
     after = validator.score(effects)
     whole = before.gap - after.floor
     closed = (before.gap - after.gap) / whole if whole > 0 else 0.0
-    return after, _gap(before, after, closed, closed_error(validator, base, effects))
+    start = recorded, recorded.evidence.base
+    return after, _gap(before, after, closed, closed_error(start, start, (validator, effects)))
 
 
 def _left(
-    validator: Validator, selection: Selection, places: list[Place], after: Score, closed: float
+    validator: Validator, selection: Selection, places: list[Place], after: Score, closed: float, named: bool
 ) -> tuple[list[Place], Unexplained | None]:
     """What the causes leave, and where; nothing where it does not stand out."""
     evidence, limit = validator.evidence, validator.config
-    if not selection.model.parts:
-        return places, unexplained_by(places, cuts_of(evidence, evidence.base, places), 1.0)
-    if not after.stands_out(limit) or closed >= limit.explained:
+    if not named:
+        return places, unexplained_by(places, cuts_of(evidence, evidence.base, places), 1.0, selection.nearest)
+    if not after.stands_out(limit):
         return [], None
     effects = selection.model.build(evidence.base)
     left = locate(evidence, validator.ruler, effects)
-    return left, unexplained_by(left, cuts_of(evidence, effects, left), max(1 - closed, 0.0))
+    cuts = cuts_of(evidence, effects, left)
+    return left, unexplained_by(left, cuts, max(1 - closed, 0.0), selection.nearest)
 
 
-def _verdict(selection: Selection, unexplained: Unexplained | None) -> Verdict:
-    if not selection.model.parts:
+def _verdict(named: bool, unexplained: Unexplained | None) -> Verdict:
+    if not named:
         return "unexplained"
     return "explained" if unexplained is None else "partly_explained"
 

@@ -32,6 +32,9 @@ def show(console: Console, diagnosis: Diagnosis, origin: Origin) -> None:
         say(console, words.sentence(left.description))
         if left.where != diagnosis.where:
             cuts(console, left.where)
+        for near in left.nearest[1:]:  # the first is in the sentence
+            effect, closes, why = words.near(near)
+            say(console, f"{effect} closes {closes}; it is no cause, as it {why}.")
     if diagnosis.notes:
         head(console, "Notes")
         for note in diagnosis.notes:

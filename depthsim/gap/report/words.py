@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from depthsim.sensor.effect import effect_class, effect_ids, parameters_of
+from depthsim.sensor.parameter import learned_of
 
 if TYPE_CHECKING:  # a diagnosis shows itself in these words
-    from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap
+    from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Nearest
 
 Tone = Literal["good", "fair", "bad"]
 STUB = "new_effect.py"
@@ -110,7 +111,10 @@ def parameters(cause: "Cause") -> list[Parameter]:
     """The parameters of a cause, those that were fitted first; of a table by material only what was fitted."""
     declared = parameters_of(effect_class(cause.effect)) if cause.effect in effect_ids() else {}
     found = []
+    tables = learned_of(effect_class(cause.effect)) if declared else {}
     for name, value in cause.parameters.items():
+        if name in tables:  # hundreds of numbers, which the profile has
+            continue
         unit, words = (declared[name].unit, declared[name].about) if name in declared else ("", "")
         parts = value if isinstance(value, Mapping) else {"": value}
         for tag, number in parts.items():
@@ -132,6 +136,11 @@ def place(cut: "Cut") -> str:
         ends = (f"{end:.0f}" if abs(end) >= 1000 else f"{end:.3g}" for end in (low, high))
         return f"{name} {' to '.join(ends)}{unit}"
     return f"{name}: {cut.label}" if cut.label and cut.label != name else name
+
+
+def near(one: "Nearest") -> list[str]:
+    """An effect that is no cause, what it closes, and why it is none."""
+    return [one.effect, percent(one.closed_fraction), one.why_not]
 
 
 def tie(cause: "Cause") -> str:

@@ -22,8 +22,8 @@ _KNOTS = 4
 """Knots within the lag at which the correlation is a half: with so many a spline gives what is between exactly."""
 _MARGIN = 4
 """Knots beyond the picture, because a spline is less exact at its ends."""
-Row = Annotated[tuple[FiniteFloat, ...], Field(min_length=1, max_length=64)]
-Grid = Annotated[tuple[Row, ...], Field(min_length=1, max_length=64)]
+Row = Annotated[tuple[FiniteFloat, ...], Field(min_length=1, max_length=1024)]
+Grid = Annotated[tuple[Row, ...], Field(min_length=1, max_length=1024)]
 
 
 @kernel
@@ -68,7 +68,7 @@ class FixedPattern(Effect):
         unit="px",
         about="lag at which the bias is correlated by 1/2; a grid has its own",
         source="between the 14 px of these frames and the 47 px of the D435 frames of aims-slam",
-        starts=(15, 60),
+        frozen=True,
     )
     grid: Grid | None = learned(
         about="rows of values that span the picture from its first row and column to its last, cubic in between: "

@@ -27,6 +27,7 @@ from depthsim.raycast import Caster, Geometry
 from depthsim.runs import Run
 from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.effects.pose_noise import PoseNoise
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.pipeline import acting
 
@@ -55,7 +56,7 @@ class Evidence:
         self.config = config
         self.run, self.scene, self.materials, self.camera = run, scene, materials, run.camera
         self.threads = threads or core_count()
-        self.caster = Caster(scene)
+        self.caster: Caster = like.caster if like is not None and like.scene is scene else Caster(scene)
         self.motion = Motion.along(run.trajectory, run.truth)
         self._replay = Replay(self.caster, materials, run.camera, self.motion)
         self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
@@ -81,12 +82,27 @@ class Evidence:
     @property
     def train(self) -> list[int]:
         """The blocks that parameters are fitted on."""
-        return list(range(0, len(self.blocks), 2))
+        return list(range(0, len(self.blocks), 3 if self.in_three else 2))
+
+    @property
+    def held_out(self) -> list[int]:
+        """The blocks that causes are selected on."""
+        return list(range(1, len(self.blocks), 3 if self.in_three else 2))
 
     @property
     def test(self) -> list[int]:
-        """The blocks that are validated on."""
-        return list(range(1, len(self.blocks), 2))
+        """The blocks that are reported on. Of a short recording they are those that causes are selected on."""
+        return list(range(2, len(self.blocks), 3)) if self.in_three else self.held_out
+
+    @property
+    def in_three(self) -> bool:
+        """Whether there are enough blocks for three parts."""
+        return len(self.blocks) >= self.config.data.least_blocks
+
+    def forget(self, kept: Sequence[int]) -> None:
+        """Let go of the geometry of all blocks but those, which is most of what is kept in memory."""
+        frames = {int(i) for b in kept for i in self.blocks[b]}
+        self.frames = {index: frame for index, frame in self.frames.items() if index in frames}
 
     def real_counts(self, blocks: Sequence[int]) -> Counts:
         """(blocks, size): what the recording shows."""
@@ -217,7 +233,9 @@ class Evidence:
                 np.empty(0, np.float32), np.empty((0, 0), np.uint16),
             )  # fmt: skip
         if like is None:
-            ordered, some = acting(self.base), frames[:: max(1, len(frames) // 8)]
+            # A pixel's own spread: an error of the pose moves the whole frame.
+            ordered = acting([effect for effect in self.base if not isinstance(effect, PoseNoise)])
+            some = frames[:: max(1, len(frames) // 8)]
             simulated = ((self._measure(ordered, i, SPREAD), self.frames[i].geometry) for i in some)
             cuts.spread_cuts, cuts.spread = spread_of(simulated, self.camera.depth_scale, len(self.scene.tags))
 

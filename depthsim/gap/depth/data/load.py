@@ -33,7 +33,7 @@ def load_evidence(
 
 def notes_of(evidence: Evidence) -> tuple[str, ...]:
     """What a reader must know besides."""
-    looked, whole = len(evidence.frames), len(evidence.run)
+    looked, whole = sum(map(len, evidence.blocks)), len(evidence.run)
     notes = [f"{looked} of {whole} frames were looked at, in {len(evidence.blocks)} blocks"] if looked < whole else []
     poses = evidence.run.poses
     if len(poses) > 1 and np.abs(poses - poses[0]).max() < 1e-6:

@@ -35,6 +35,8 @@ _FIRST = np.array([0.01] * 3 + [0.01] * 3)
 """Standard deviations that are begun with [rad] and [m]."""
 _FINE = np.array([np.radians(0.1)] * 3 + [0.001] * 3)
 """Standard deviations that the scene must be able to show [rad] and [m]."""
+_SAMPLES = 40_000
+"""Pixels of a frame that its motion is at last determined by, about."""
 _LEAST_PIXELS = 200
 """A frame with fewer says nothing."""
 _SURE = 3.0
@@ -43,6 +45,11 @@ _SEEN = 10.0
 """Where chance is more than this many of ``_FINE`` the scene does not show a direction."""
 _LEAST_FRAMES = 6
 """Of fewer frames nobody knows what is alike in all of them."""
+_THREE, _ONE = 16.3, 3.3
+"""What is alike in all frames is a mount's or late stamps' above this chi square of three or this many standard errors
+(1 in 1000): below it is what random errors leave on average."""
+_NOTHING = 1e-9
+"""The prior of what is held at 0."""
 _TUKEY = 4.685
 _MEDIAN_SQUARE = 0.455
 """The median of the square of a standard normal number."""
@@ -60,8 +67,11 @@ class PoseErrors:
     error: (6,) standard error of ``deviation`` (of the square root of the variance's error, where that is 0).
     correlation_time: [s]; 0 where frames next to each other are independent; NaN where nothing is random.
     pooled: the standard deviation of a turn [rad] and of a shift [m], those about or along all axes together.
+    pooled_error: their standard errors. correlation: between one frame and the next, and its standard error; step: the
+    time between them [s].
     constant: (6,) what is alike in all frames, and is left in: a turned or shifted mount. late: [s] what the poses
-    say is so much after the stamps; left in, too. constant_error, late_error: their standard errors, large where the
+    say is so much after the stamps; left in, too. Where they are no more than random errors leave on average they are
+    taken for that, and removed. constant_error, late_error: their standard errors, large where the
     recording does not tell them apart from each other or from the camera's own errors. removed: of what rigid motions
     explain on one half of the pixels, the share that those found on the other half remove.
     """
@@ -69,7 +79,10 @@ class PoseErrors:
     deviation: Floats
     error: Floats
     pooled: tuple[float, float]
+    pooled_error: tuple[float, float]
     correlation_time: float
+    correlation: tuple[float, float]
+    step: float
     constant: Floats
     constant_error: Floats
     late: float
@@ -80,6 +93,11 @@ class PoseErrors:
     def is_none(self) -> bool:
         """Whether no direction varies by more than chance."""
         return not np.nansum(self.deviation) > 0
+
+    @property
+    def is_unknown(self) -> bool:
+        """Whether there are too few frames, or the scene shows no direction."""
+        return bool(np.isnan(self.deviation).all())
 
     @property
     def rotation(self) -> float:
@@ -96,6 +114,24 @@ class PoseErrors:
         time = float(f"{np.nan_to_num(self.correlation_time):.4g}")
         turn, shift = (float(f"{value:.4g}") for value in (self.rotation, self.translation))
         return PoseNoise(rotation=min(turn, 20.0), translation=min(shift, 0.5), correlation_time=time)
+
+    def intervals(self, errors: float = 1.96) -> dict[str, tuple[float, float]]:
+        """Of each parameter of :meth:`effect`, so many standard ``errors`` to either side.
+
+        The correlation time's is that of the correlation with the next frame, as normal as Fisher's z has it.
+        """
+        found = {}
+        for name, value, error, highest in zip(
+            ("rotation", "translation"), (self.rotation, self.translation),
+            (np.degrees(self.pooled_error[0]), self.pooled_error[1]), (20.0, 0.5), strict=True,
+        ):  # fmt: skip
+            found[name] = (max(float(value - errors * error), 0.0), min(float(value + errors * error), highest))
+        if not self.is_none:
+            middle, half = np.arctanh(min(self.correlation[0], 0.999)), errors * self.correlation[1]
+            low, high = (np.clip(np.tanh(middle + sign * half), 0, 1 - 1e-9) for sign in (-1, 1))
+            times = [float(-self.step / np.log(law)) if law > 0 else 0.0 for law in (low, high)]
+            found["correlation_time"] = (min(times[0], 1e4), min(times[1], 1e4))
+        return found
 
     @property
     def text(self) -> str:
@@ -122,14 +158,16 @@ class Registration:
         """The run with its poses corrected; between frames that were looked at corrections are interpolated."""
         if self.errors.is_none:
             return run
-        return replace(run, trajectory=self._corrected(run.trajectory), truth=self._corrected(run.truth))
+        trajectory, truth = (_corrected(p, self.stamps, self.corrections) for p in (run.trajectory, run.truth))
+        return replace(run, trajectory=trajectory, truth=truth)
 
-    def _corrected(self, path: Trajectory) -> Trajectory:
-        six = np.stack([np.interp(path.stamps, self.stamps, part) for part in self.corrections.T], axis=1)
-        half = np.linalg.norm(six[:, :3], axis=1, keepdims=True) / 2
-        turns = np.hstack([six[:, :3] * np.sinc(half / np.pi) / 2, np.cos(half)])
-        moved = np.einsum("nij,nj->ni", path.matrices()[:, :3, :3], six[:, 3:])
-        return replace(path, positions=path.positions + moved, quaternions=multiply(path.quaternions, turns))
+
+def _corrected(path: Trajectory, stamps: Floats, corrections: Floats) -> Trajectory:
+    six = np.stack([np.interp(path.stamps, stamps, part) for part in corrections.T], axis=1)
+    half = np.linalg.norm(six[:, :3], axis=1, keepdims=True) / 2
+    turns = np.hstack([six[:, :3] * np.sinc(half / np.pi) / 2, np.cos(half)])
+    moved = np.einsum("nij,nj->ni", path.matrices()[:, :3, :3], six[:, 3:])
+    return replace(path, positions=path.positions + moved, quaternions=multiply(path.quaternions, turns))
 
 
 def register(run: Run, caster: Caster, frames: Iterable[int] | None = None, threads: int | None = None) -> Registration:
@@ -165,9 +203,11 @@ class _Work:
         self.look = Look.at(run, caster)
         self._each(self.look.load)
         self.look.cut_disparities(self.frames[:: max(1, len(self.frames) // 20)])
-        self.motion = Motion.along(run.trajectory, run.truth)
+        self.paths = run.trajectory, run.truth
+        self.motion = Motion.along(*self.paths)
         self.stamps = np.array([float(run.stamps[i]) for i in self.frames])
-        self.count = len(self.look.priors)
+        self.priors = self.look.priors
+        self.count = len(self.priors)
         self.beta = np.zeros(self.count)
         self.random = np.zeros((len(self.frames), 6))
         self.broad = _FIRST**2
@@ -185,12 +225,66 @@ class _Work:
             self._solve()
         if not self._helps():
             self.variance, self.random = np.zeros(6), np.zeros_like(self.random)
+        self.alike = self.beta[:7].copy(), self.beta_error[:7].copy()
+        if self.variance.any():
+            self._tell_apart()
+            if self.variance.any():
+                self._refine()
         covariance = self._posterior()
         errors = self._errors()
         return Registration(np.array(self.frames, np.int64), self.stamps, self.random, covariance, errors)
 
-    def _cast(self) -> None:
-        """The normal equations of every frame's halves, from where it is by now."""
+    def _tell_apart(self) -> None:
+        """Take for random what is alike in all frames, where it is no more than random errors leave on average."""
+        free = self.priors
+        # Errors that last are fewer than the frames.
+        lasting = self._lasting()
+        held = np.zeros(self.count, np.bool_)
+        for part in (slice(0, 3), slice(3, 6)):
+            mount, covariance = self.beta[part], lasting * self.beta_covariance[part, part]
+            held[part] = mount @ np.linalg.solve(covariance, mount) < _THREE
+        # Of poses that jitter, those of a moment between two frames are their mean, and fit better than either. So late
+        # stamps are tried against the motion of the registered camera.
+        held[6] = True
+        self._again(np.where(held, _NOTHING, free))
+        registered = Motion.along(*(_corrected(path, self.stamps, self.random) for path in self.paths))
+        twist = np.array([_twist(registered, stamp) for stamp in self.stamps])
+        trust = twist / np.maximum(self.variance, _FINE**2)
+        information = max(float((trust * twist).sum()), 1e-12)
+        late = float((trust * self.random).sum()) / information
+        if late**2 > _ONE**2 * self._lasting() / information:
+            held[6] = False
+            self._again(np.where(held, _NOTHING, free))
+
+    def _again(self, priors: Floats) -> None:
+        self.priors = priors
+        for _ in range(2):
+            self._cast()
+            self._solve()
+
+    def _refine(self) -> None:
+        """The motions from more of the pixels, with the nuisances as they were found."""
+        knots = self.look.knots
+        self.look = Look.at(self.run, self.look.caster, _SAMPLES)
+        self.look.knots = knots
+        self._each(self.look.load)
+        self._cast(solved=True)
+        # Finer samples have more of their noise in common.
+        said, resolution, expected = self._halves_say()
+        self.inflation *= self._grown(said[0] - said[1], expected.sum(axis=0), resolution)
+        self.random = np.array([self._predicted(halves)[0] for halves in self.halves])
+
+    def _lasting(self) -> float:
+        """Frames in which a random error is as good as the same."""
+        law = np.exp(-np.abs(np.subtract.outer(self.stamps, self.stamps)) / max(self._time(), 1e-6))
+        return float(law.sum() / len(law))
+
+    def _time(self) -> float:
+        return float(np.nan_to_num(self._correlation_time())) if self.variance.any() else 0.0
+
+    def _cast(self, solved: bool = False) -> None:
+        """The normal equations of every frame's halves, from where it is by now. solved: the nuisances are known."""
+        none = np.zeros((6, self.count)), np.zeros((self.count,) * 2), np.zeros(self.count)
         place = {index: k for k, index in enumerate(self.frames)}
 
         def one(index: int) -> tuple[list[_Equations], Floats, Floats]:
@@ -209,6 +303,11 @@ class _Work:
             halves = []
             for which in (0, 1, 2):
                 own = (seen.half == which) & inside
+                if solved:
+                    left = target[own] - seen.nuisance[own] @ self.beta
+                    known = _equations(seen.rigid[own], seen.nuisance[own, :0], left, weight[own])
+                    halves.append(_Equations(known.jj, none[0], none[1], known.j, none[2]))
+                    continue
                 halves.append(_equations(seen.rigid[own], seen.nuisance[own], target[own], weight[own]))
             if np.count_nonzero(inside) < _LEAST_PIXELS:
                 halves = [_equations(seen.rigid[:0], seen.nuisance[:0], target[:0], weight[:0])] * 3
@@ -253,7 +352,7 @@ class _Work:
 
     def _nuisances(self) -> Floats:
         """(nuisances,) by generalised least squares: the motions are random."""
-        matrix, right = np.diag(self.look.priors**-2.0), np.zeros(self.count)
+        matrix, right = np.diag(self.priors**-2.0), np.zeros(self.count)
         root = np.sqrt(self.broad)
         for halves in self.halves:
             jj, jn, nn, j, n = _sum(halves)
@@ -261,7 +360,8 @@ class _Work:
             gain = jn.T @ (root[:, None] * inner * root)
             matrix += (nn - gain @ jn) / self.inflation
             right += (n - gain @ j) / self.inflation
-        self.beta_error = np.sqrt(np.diag(np.linalg.inv(matrix)))
+        self.beta_covariance = np.linalg.inv(matrix)
+        self.beta_error = np.sqrt(np.diag(self.beta_covariance))
         return np.asarray(np.linalg.solve(matrix, right))
 
     def _variances(self) -> tuple[Floats, Floats]:
@@ -338,7 +438,7 @@ class _Work:
         static[self.look.in_time] = False
         squares = []
         for motions in (np.zeros_like(self.random), self.random):
-            matrix, right, size = np.diag(self.look.priors[static] ** -2.0), np.zeros(np.count_nonzero(static)), 0.0
+            matrix, right, size = np.diag(self.priors[static] ** -2.0), np.zeros(np.count_nonzero(static)), 0.0
             for halves, motion in zip(self.halves, motions, strict=True):
                 jj, jn, nn, j, n = _sum(halves)
                 matrix = matrix + nn[np.ix_(static, static)]
@@ -351,23 +451,31 @@ class _Work:
         return np.array([self._predicted(halves)[1] for halves in self.halves])
 
     def _errors(self) -> PoseErrors:
-        shown = np.sqrt(self.chance) < _SEEN * _FINE
+        shown = (np.sqrt(self.chance) < _SEEN * _FINE) & (len(self.frames) >= _LEAST_FRAMES)
         time = self._correlation_time() if self.variance.any() else np.nan
         law = np.exp(-np.abs(np.subtract.outer(self.stamps, self.stamps)) / max(np.nan_to_num(time), 1e-6))
         drawn = np.sqrt(2 * (law**2).sum()) / len(self.stamps)  # relative error of a variance from a draw that short
         of_variance = np.hypot(self.chance, drawn * self.variance)
         known = self.variance > 0
         error = np.where(known, of_variance / (2 * np.sqrt(np.where(known, self.variance, 1))), np.sqrt(self.chance))
-        turn, shift = np.sqrt(_pooled(self.variance, self.chance)[0])
+        pooled = np.sqrt(_pooled(self.variance, self.chance)[0])
+        trust = np.maximum(self.chance.reshape(2, 3) ** -2.0, 1e-30)
+        of_pooled = np.sqrt((trust**2 * of_variance.reshape(2, 3) ** 2).sum(axis=1)) / trust.sum(axis=1)
+        # Of what is found to be 0: the root of the variance's error.
+        pooled_error = np.where(pooled > 0, of_pooled / (2 * np.maximum(pooled, 1e-12)), np.sqrt(of_pooled))
+        step = self._step()
         return PoseErrors(
             deviation=np.where(shown, np.sqrt(self.variance), np.nan),
             error=np.where(shown, error, np.nan),
-            pooled=(float(turn), float(shift)),
+            pooled=(float(pooled[0]), float(pooled[1])),
+            pooled_error=(float(pooled_error[0]), float(pooled_error[1])),
             correlation_time=time,
-            constant=self.beta[:6],
-            constant_error=self.beta_error[:6],
-            late=float(self.beta[6]),
-            late_error=float(self.beta_error[6]),
+            correlation=self._correlation(time, step),
+            step=step,
+            constant=self.alike[0][:6],
+            constant_error=self.alike[1][:6],
+            late=float(self.alike[0][6]),
+            late_error=float(self.alike[1][6]),
             removed=self._removed() if self.variance.any() else 0.0,
         )
 
@@ -385,7 +493,7 @@ class _Work:
             shares.append((trust * found * weight, trust * weight**2))
         product, weight = sum(p for p, _ in shares), sum(w for _, w in shares)
         apart = lags > 0
-        step = float(np.min(np.diff(np.unique(self.stamps)))) if len(self.stamps) > 1 else 1.0
+        step = self._step()
         times = np.concatenate([[1e-3 * step], np.geomspace(0.2 * step, max(lags.max(), step), 60)])
         # Each time scale is judged on the lags up to a few of the longest that still matter.
         near = apart & (lags < 0.35 * max(lags.max(), step))
@@ -393,6 +501,21 @@ class _Work:
         loss = [float((weight[near] * x * x).sum() - 2 * (product[near] * x).sum()) for x in law]
         best = float(times[int(np.argmin(loss))])
         return 0.0 if best < 0.25 * step else best
+
+    def _step(self) -> float:
+        """[s] the time from a frame to the next."""
+        return float(np.min(np.diff(np.unique(self.stamps)))) if len(self.stamps) > 1 else 1.0
+
+    def _correlation(self, time: float, step: float) -> tuple[float, float]:
+        """Between one frame and the next, and the standard error of its Fisher z: by how many pairs there are.
+
+        Lags of more than one frame say something, too, where the correlation lasts: as much as the pairs within it.
+        """
+        apart = np.diff(self.stamps)
+        pairs = int(np.count_nonzero(apart < max(1.5 * step, np.nan_to_num(time))))
+        count = pairs * int(np.count_nonzero(self.variance))
+        law = float(np.exp(-step / time)) if np.nan_to_num(time) > 0 else 0.0
+        return law, float(1 / np.sqrt(max(count - 3, 1)))
 
     def _removed(self) -> float:
         """Of what each half holds of the motions' effect on it, the share that the other half's motions remove."""

@@ -12,17 +12,18 @@ from depthsim.gap.config import DepthFit
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
-from depthsim.sensor.parameter import Parameter, Setting, parameters_of
+from depthsim.sensor.parameter import Parameter, Setting, learned_of, parameters_of
 
 Vector = NDArray[np.float64]
 
 
-def setting_of(evidence: Evidence) -> Setting:
-    """What of the recording decides where fits begin."""
+def setting_of(evidence: Evidence, learned: Mapping[str, Mapping[str, Any]] | None = None) -> Setting:
+    """What of the recording decides where fits begin. learned: what was, by effect."""
     tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
     quantiles = np.quantile(evidence.depths, Setting.SHARES).astype(float)
     stamps = [frame.stamp for frame in evidence.frames.values()]
-    return Setting(tags, quantiles, max(stamps) - min(stamps), evidence.materials, find_steps(evidence))
+    span = max(stamps) - min(stamps)
+    return Setting(tags, quantiles, span, evidence.materials, find_steps(evidence), learned or {})
 
 
 @dataclass(frozen=True)
@@ -108,9 +109,11 @@ def candidates(
         if name in without:
             continue
         kind = effect_class(name)
+        if name in setting.learned:
+            found.append(_learned(kind, setting, config))
         if name in present:
             found.append(_change(present[name], setting, config))
-        else:
+        elif not learned_of(kind):  # whose table is none of this recording's otherwise
             others = frozenset(effect.id for effect in base if kind.law and effect.law == kind.law)
             ways = dict.fromkeys((frozenset(), others))
             found += [_add(kind, setting, config, held, way) for held in kind.forms for way in ways]
@@ -127,6 +130,12 @@ def _add(
     varied = {f.name for f in free if not known[f.name].by_material}
     fixed = {name: one.default for name, one in known.items() if name not in varied} | dict(held)
     return Candidate(kind.id, free, fixed, (*suggested, *starts), replaces)
+
+
+def _learned(kind: type[Effect], setting: Setting, config: DepthFit) -> Candidate:
+    values, free = setting.learned[kind.id], _free(kind, setting, config)
+    fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
+    return Candidate(kind.id, free, fixed, (tuple(_value(f, values, setting) for f in free),))
 
 
 def _change(effect: Effect, setting: Setting, config: DepthFit) -> Candidate:

@@ -3,27 +3,39 @@
 from collections.abc import Sequence
 from typing import Any
 
+from depthsim.gap.depth.data.registration import PoseErrors
 from depthsim.gap.depth.fit.advice import advice_for
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.select import Selection
+from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.validate import Validator, closed_error
 from depthsim.gap.diagnosis import Cause
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.profile import Profile
 
 
-def causes_of(validator: Validator, selection: Selection, whole: float) -> tuple[Cause, ...]:
+def causes_of(
+    validator: Validator,
+    selection: Selection,
+    whole: float,
+    given: Validator | None = None,
+    errors: PoseErrors | None = None,
+) -> tuple[Cause, ...]:
     """The causes, the one that closes most first. whole: the gap over the floor of the sensor with all of them.
 
     Causes overlap: the mean over all orders adds up to what they close together, taking one away does not.
+    given, errors: where the poses are a cause, the frames as recorded, and what registering them found.
     """
     model, evidence = selection.model, validator.evidence
     intervals = parameter_intervals(evidence, validator.ruler, evidence.base, model)
-    full = model.build(evidence.base)
+    full = validator, model.build(evidence.base)
+    frames = validator if given is None else given
+    start = frames, frames.evidence.base
+    shares = credit(validator, evidence.base, model, given) if model.parts or given is not None else ()
     causes = []
     for number, part in enumerate(model.parts):
-        fraction = selection.shares[number] / whole if whole > 0 else 0.0
-        half = closed_error(validator, model.less(number).build(evidence.base), full)
+        fraction = shares[number] / whole if whole > 0 else 0.0
+        half = closed_error(start, (validator, model.less(number).build(evidence.base)), full)
         ties = selection.ties.get(part.effect, ())
         causes.append(
             Cause(
@@ -34,6 +46,19 @@ def causes_of(validator: Validator, selection: Selection, whole: float) -> tuple
                 ci95_closed=(fraction - half, fraction + half),
                 indistinguishable_from=ties,
                 advice=advice_for(part.effect, ties),
+            )
+        )
+    if given is not None and errors is not None:
+        fraction = shares[-1] / whole if whole > 0 else 0.0
+        half = closed_error(start, (given, model.build(given.evidence.base)), full)
+        effect = errors.effect()
+        causes.append(
+            Cause(
+                effect=effect.id,
+                parameters=_rounded(effect.model_dump()),
+                ci95={name: _rounded(list(ends)) for name, ends in errors.intervals().items()},
+                closed_fraction=fraction,
+                ci95_closed=(fraction - half, fraction + half),
             )
         )
     return tuple(sorted(causes, key=lambda cause: -cause.closed_fraction))
@@ -49,4 +74,6 @@ def _rounded(value: Any) -> Any:
     """Numbers with six figures, which is more than any fit gives."""
     if isinstance(value, dict):
         return {k: _rounded(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [_rounded(v) for v in value]
     return float(f"{value:.6g}") if isinstance(value, float) else value

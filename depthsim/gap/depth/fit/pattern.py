@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.rigid import Floats, Look
 from depthsim.raycast import Caster
 from depthsim.runs import Run
@@ -20,7 +21,7 @@ from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture, spline
 
 _SAMPLES = 20_000
 """Pixels that are looked at in a frame, about."""
-_MOST_FRAMES = 80
+_LEAST_FRAMES, _MOST_FRAMES = 6, 80
 _CHUNKS = 8
 """Stretches of time. Those of the first three eighths are compared with the last three, as noise too lasts a while."""
 _ROUNDS = 4
@@ -28,7 +29,8 @@ _TUKEY = 4.685
 _FAR = 12.0
 """Of the median size of the pixels' biases: eight standard deviations, if they were normal."""
 _LEAST_NOISE = 0.005
-_MOST_KNOTS = 24, 32
+_MOST_KNOTS = 768
+"""In all: columns that differ and rows that do not want many across and few down."""
 _SURE = 3.0
 """A pattern removes this many standard errors of what it removes, or there is none."""
 _FAINT = 0.01
@@ -41,7 +43,7 @@ class Pattern:
 
     grid: (rows, columns) [px], spread over the picture as :class:`FixedPattern` does. amplitude: its root mean square
     over the picture [px]. found: the same of the pattern itself, of which the grid is what is sure. size: lag at which
-    its correlation is a half [px]. noise: spread of a pixel's errors
+    its correlation is a half [px], between that down and that across. noise: spread of a pixel's errors
     about what repeats [px]. removed, removed_error: the share of
     the errors' variance that a grid learned on half of the frames removes from the other, and its standard error.
     """
@@ -63,7 +65,17 @@ class Pattern:
         """The effect that has this grid."""
         rows = tuple(tuple(float(f"{value:.4g}") for value in row) for row in self.grid)
         low, high = 1.0, 1000.0
-        return FixedPattern(amplitude=self.amplitude, size=float(np.clip(self.size, low, high)), grid=rows)
+        size = float(np.clip(self.size, low, high))
+        return FixedPattern(amplitude=min(self.amplitude, 10.0), size=size, grid=rows)
+
+
+def learn_pattern(evidence: Evidence) -> Pattern | None:
+    """The pattern of the frames for fitting; None where there is none, or too few of them."""
+    frames = [int(i) for block in evidence.train for i in evidence.blocks[block]]
+    if len(frames) < _LEAST_FRAMES:
+        return None
+    found = learn(evidence.run, evidence.caster, frames)
+    return None if found.is_none else found
 
 
 def learn(run: Run, caster: Caster, frames: Iterable[int] | None = None) -> Pattern:
@@ -130,7 +142,7 @@ class _Learner:
             grid=grid,
             amplitude=float(np.sqrt((picture(grid, self.look.run.camera.shape) ** 2).mean())),
             found=found,
-            size=size * self.look.stride,
+            size=float(np.sqrt(size.prod())) * self.look.stride,
             noise=self.scale,
             removed=removed,
             removed_error=error,
@@ -184,31 +196,35 @@ class _Learner:
                 part[place] += value
         return _Sums(*(part.reshape(self.shape) for part in parts))
 
-    def _size_of(self, sums: Sequence[_Sums]) -> tuple[float, float]:
-        """Root mean square of the pattern [px], and the lag of half correlation [samples]: both halves' in common."""
+    def _size_of(self, sums: Sequence[_Sums]) -> tuple[float, Floats]:
+        """Root mean square of the pattern [px], and the lags of half correlation down and across [samples].
+
+        It is what both halves have in common.
+        """
         a, b = (_total(sums[end]) for end in self.ends)
         both = (a.weight > 0) & (b.weight > 0)
         if np.count_nonzero(both) < 50:
-            return 0.0, 1.0
+            return 0.0, np.ones(2)
         first, second = (np.where(both, s.error / np.where(both, s.weight, 1), 0) for s in (a, b))
         weight = np.where(both, np.minimum(a.weight, b.weight), 0)
         products, weights = _correlate(weight * first, weight * second), _correlate(weight, weight)
-        lags = np.arange(0, min(self.shape) // 2)
-        rings = [(products[lag, 0] + products[0, lag]) / max(weights[lag, 0] + weights[0, lag], 1e-12) for lag in lags]
-        if rings[0] <= 0:
-            return 0.0, 1.0
-        below = np.flatnonzero(np.array(rings) < rings[0] / 2)
-        if not below.size:
-            return float(np.sqrt(rings[0])), float(lags[-1])
-        k = int(below[0])
-        size = k - 1 + (rings[k - 1] - rings[0] / 2) / max(rings[k - 1] - rings[k], 1e-12)
-        return float(np.sqrt(rings[0])), float(max(size, 1.0))
-
-    def _krige(self, whole: _Sums, sums: Sequence[_Sums], found: float, size: float) -> Floats:
-        """(rows, columns) the posterior mean at the knots, which lie two within the lag of half correlation."""
-        knots = [
-            int(np.clip(np.ceil(2 * n / size) + 1, 3, most)) for n, most in zip(self.shape, _MOST_KNOTS, strict=True)
+        if products[0, 0] <= 0:
+            return 0.0, np.ones(2)
+        sizes = [
+            _half(line(products)[: n // 2] / np.maximum(line(weights)[: n // 2], 1e-12))
+            for line, n in zip((lambda x: x[:, 0], lambda x: x[0]), self.shape, strict=True)
         ]
+        return float(np.sqrt(products[0, 0] / weights[0, 0])), np.array(sizes)
+
+    def _krige(self, whole: _Sums, sums: Sequence[_Sums], found: float, size: Floats) -> Floats:
+        """(rows, columns) the posterior mean at the knots, which lie two within the lag of half correlation."""
+        pixels = np.array(self.shape, float)
+        wanted = np.minimum(2 * pixels / size + 1, pixels)
+        if wanted.prod() > _MOST_KNOTS:  # fewer in the direction that has more, and in both where that is not enough
+            less = max(_MOST_KNOTS / wanted.prod(), wanted.min() / wanted.max())
+            wanted[wanted.argmax()] *= less
+            wanted *= min(np.sqrt(_MOST_KNOTS / wanted.prod()), 1)
+        knots = [max(int(one), 3) for one in wanted]
         if found == 0:
             return np.zeros(knots)
         down, across = (spline(k, n) for k, n in zip(knots, self.shape, strict=True))
@@ -218,8 +234,8 @@ class _Learner:
         right = np.einsum("vi,vu,uj->ij", down, whole.error, across, optimize=True).reshape(-1)
         steps = [(n - 1) / (k - 1) for k, n in zip(knots, self.shape, strict=True)]
         laws = [
-            2.0 ** -((np.subtract.outer(np.arange(k), np.arange(k)) * s / size) ** 2)
-            for k, s in zip(knots, steps, strict=True)
+            2.0 ** -((np.subtract.outer(np.arange(k), np.arange(k)) * s / one) ** 2)
+            for k, s, one in zip(knots, steps, size, strict=True)
         ]
         prior = found**2 * np.kron(laws[0], laws[1])
         # (gram / noise + prior^-1)^-1 right / noise, without the inverse of a matrix that is nearly singular.
@@ -242,7 +258,7 @@ class _Learner:
         law = products[near] / np.maximum(counts[near], 1)
         return float(max(law.sum(), law[0, 0]))
 
-    def _removed(self, sums: Sequence[_Sums], found: float, size: float) -> tuple[float, float]:
+    def _removed(self, sums: Sequence[_Sums], found: float, size: Floats) -> tuple[float, float]:
         """The chunks of each end judged by the grid of the other end's."""
         gains, wholes = [], []
         for own, other in (self.ends, self.ends[::-1]):
@@ -253,6 +269,15 @@ class _Learner:
         held = (gain.sum() - gain) / (whole.sum() - whole) if len(gain) > 1 else np.zeros(1)
         removed = float(gain.sum() / whole.sum())
         return removed, float(np.sqrt((1 - 1 / len(gain)) * np.square(held - removed).sum()))
+
+
+def _half(law: Floats) -> float:
+    """The lag at which a correlation is a half of what it is at none; at least 1."""
+    below = np.flatnonzero(law < law[0] / 2)
+    if not below.size:
+        return float(max(len(law) - 1, 1))
+    k = int(below[0])
+    return float(max(k - 1 + (law[k - 1] - law[0] / 2) / max(law[k - 1] - law[k], 1e-12), 1.0))
 
 
 def _total(sums: Sequence[_Sums]) -> _Sums:

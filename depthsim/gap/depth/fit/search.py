@@ -4,12 +4,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.evidence import Counts, Evidence
+from depthsim.gap.depth.fit.agreement import disagreement
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, polish, refine, start
 from depthsim.gap.depth.fit.validate import Validator
-from depthsim.sensor.effect import Effect
+from depthsim.sensor.effect import Effect, effect_class
 
 Say = Callable[[str], None]
 
@@ -38,6 +40,7 @@ class Search:
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
         self._chance = validator.quick(evidence.base, self.config.fit.runs) - before
         self._few = first_look(evidence)
+        self._responses: dict[int, NDArray[np.float32]] = {}
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
 
     @property
@@ -45,13 +48,18 @@ class Search:
         """What a model that explains everything takes off the gap."""
         return self.before - self.floor
 
-    def left(self, gap: float) -> float:
-        """The share of the gap that is left."""
-        return (gap - self.floor) / self.whole
-
     def validated(self, model: Model) -> Trial:
         """The model with its gap on the frames held out."""
         return Trial(model, self.validator.quick(model.build(self.base), self.config.fit.runs) - self._chance)
+
+    def disagreement(self, model: Model, number: int, *, alone: bool = False) -> str | None:
+        """Why one part of a model does not act where the gap lies that the others leave; None if it does.
+
+        alone: whether the model is whole, see :func:`agreement.disagreement`.
+        """
+        part, before, after = model.parts[number], model.less(number).build(self.base), model.build(self.base)
+        kind, flexible = effect_class(part.effect), self.is_flexible(part)
+        return disagreement(self.validator, kind, before, after, alone=alone, flexible=flexible)
 
     def step(self, so_far: Model | None, earlier: Sequence[Trial] = ()) -> list[Trial]:
         """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out.
@@ -124,21 +132,37 @@ class Search:
         return refine(model, *arguments, fine, fit.refined_rounds, both_sides=True)
 
     def _screen(self, so_far: Model | None) -> list[Model]:
-        """The bank on top of ``so_far``, best first, after a first look at all of it; of each effect its best form."""
+        """The bank on top of ``so_far``, best first, after a first look; of each effect its best form."""
         taken = {part.effect for part in so_far.parts} if so_far else set()
         taken |= {name for part in so_far.parts for name in part.replaces} if so_far else set()
         base = so_far.build(self.base) if so_far else self.base
         target, roots = self._targets[len(self._few)], self._roots(self._few)
+        open_to = [k for k, c in enumerate(self.bank) if c.effect not in taken and not (c.replaces & taken)]
+        here = roots(base)
+        if self._responses:
+            open_to = self._likely(open_to, target - here)
         best: dict[tuple[str, bool], Model] = {}
-        for number, candidate in enumerate(self.bank):
-            if candidate.effect in taken or (candidate.replaces & taken):
-                continue
+        for number in open_to:
+            candidate = self.bank[number]
             self.say(f"looking at {candidate.effect}, {number + 1} of {len(self.bank)}")
             model = refine(start(candidate, base, target, roots), base, target, roots, self.config.fit, 1)
+            if so_far is None:
+                self._responses[number] = (roots(model.build(base)) - here).astype(np.float32)
             key = candidate.effect, bool(candidate.replaces)
             if key not in best or model.loss < best[key].loss:
                 best[key] = model
         return sorted(best.values(), key=lambda model: model.loss)
+
+    def _likely(self, numbers: Sequence[int], left: Floats) -> list[int]:
+        """Of the bank by number, what may close most of what is ``left`` of the fingerprint, by what it did at first.
+
+        What did nothing at first, as correlation where there is no noise, may do something now.
+        """
+        sizes = {k: float(np.square(self._responses[k]).sum()) for k in numbers}
+        least = 1e-3 * max(sizes.values(), default=0.0)
+        gains = {k: float(self._responses[k] @ left) ** 2 / sizes[k] for k in numbers if sizes[k] > least}
+        likely = sorted(gains, key=lambda k: -gains[k])[: self.config.fit.looked_at_again]
+        return sorted({*likely, *(k for k in numbers if sizes[k] <= least)})
 
     def _sum(self, counts: Counts) -> Floats:
         return self.validator.ruler.roots(counts.sum(axis=0))

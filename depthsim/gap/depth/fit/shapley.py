@@ -1,7 +1,6 @@
 """How much of the gap each of several causes closes."""
 
 from itertools import combinations, permutations
-from math import factorial
 
 import numpy as np
 
@@ -10,8 +9,13 @@ from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
 
-def credit(validator: Validator, base: tuple[Effect, ...], model: Model) -> tuple[float, ...]:
+def credit(
+    validator: Validator, base: tuple[Effect, ...], model: Model, given: Validator | None = None
+) -> tuple[float, ...]:
     """What each cause takes off the gap [bits per pixel]: the mean over all orders in which they may be added.
+
+    given: the frames as they were recorded, where those of ``validator`` are registered: registering is then one more
+    cause, the last; where its mean is below 0, it is taken last in all orders.
 
     Together they take off what the whole model does, as the gap without any of them and with all is that which
     of :meth:`Validator.score`; what lies between is from fewer simulated runs.
@@ -20,16 +24,27 @@ def credit(validator: Validator, base: tuple[Effect, ...], model: Model) -> tupl
     """
     config = validator.evidence.config
     runs = config.significance.runs, config.fit.runs_of_subset
-    xs, count = model.split(model.x), len(model.parts)
+    parts = len(model.parts)
+    xs, count = model.split(model.x), parts + (given is not None)
     gaps: dict[frozenset[int], float] = {}
     for size in range(count + 1):
         for selected in combinations(range(count), size):
-            effects = base
-            for k in selected:
+            frames = validator if given is None or parts in selected else given
+            effects = base if frames is validator else frames.evidence.base
+            for k in selected[: len(selected) - (parts in selected)]:
                 effects = model.parts[k].build(effects, xs[k])
-            gaps[frozenset(selected)] = validator.quick(effects, runs[0] if size in (0, count) else runs[1])
-    taken = np.zeros(count)
-    for order in permutations(range(count)):
-        for place, k in enumerate(order):
-            taken[k] += gaps[frozenset(order[:place])] - gaps[frozenset(order[: place + 1])]
-    return tuple((taken / factorial(count)).tolist())
+            gaps[frozenset(selected)] = frames.quick(effects, runs[0] if size in (0, count) else runs[1])
+
+    def mean(orders: list[tuple[int, ...]]) -> tuple[float, ...]:
+        taken = np.zeros(count)
+        for order in orders:
+            for place, k in enumerate(order):
+                taken[k] += gaps[frozenset(order[:place])] - gaps[frozenset(order[: place + 1])]
+        return tuple((taken / len(orders)).tolist())
+
+    orders = list(permutations(range(count)))
+    shares = mean(orders)
+    if given is not None and shares[-1] < 0:
+        # Beside a large bias, frames that are blurred by their poses may be nearer to the simulator than sharp ones.
+        return mean([order for order in orders if order[-1] == parts])
+    return shares

@@ -34,6 +34,8 @@ def compare_rivals(
             if mine is None or name in taken or name in equals or rival.gap - mine.gap > reach:
                 continue
             other = _instead(search, model, cause, rival)
+            if search.disagreement(other.model, _number(other.model, name)) is not None:
+                continue
             if other.gap < gap - limit.tied * search.whole:
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
@@ -56,6 +58,10 @@ def _found_as(
         if mine is not None:
             return step, mine, gap - mine.gap
     return (), None, np.inf
+
+
+def _number(model: Model, effect: str) -> int:
+    return [part.effect for part in model.parts].index(effect)
 
 
 def _instead(search: Search, model: Model, cause: str, rival: Trial) -> Trial:

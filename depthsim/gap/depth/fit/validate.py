@@ -119,25 +119,31 @@ def excess(ruler: Ruler, seen: Floats, null: Floats, counts: Counts, config: Dep
     return float(in_all), np.where(counted, by_axis, 0)
 
 
-def closed_error(validator: Validator, before: Sequence[Effect], after: Sequence[Effect]) -> float:
+Compared = tuple[Validator, Sequence[Effect]]
+"""A sensor, and the frames that it is compared with: as they were recorded, or registered."""
+
+
+def closed_error(start: Compared, before: Compared, after: Compared) -> float:
     """Half of the 95 % interval of the share of the gap that is closed from ``before`` to ``after``.
 
-    By the jackknife over blocks of frames, as frames that follow each other are alike. The gap is that of the simulator
-    as it is over the floor of ``after``.
+    By the jackknife over blocks of frames, as frames that follow each other are alike. The gap is that of ``start``,
+    the simulator and the frames as they are, over the floor of ``after``.
     """
 
-    def gap(effects: Sequence[Effect], blocks: NDArray[np.int64]) -> float:
+    def gap(compared: Compared, blocks: NDArray[np.int64]) -> float:
+        validator, effects = compared
         real = validator.real[blocks].sum(axis=0)
         runs = validator.runs(effects, validator.config.runs_resampled)
         return float(np.mean([validator.ruler.gap(real, run[blocks].sum(axis=0)) for run in runs]))
 
-    def between(effects: Sequence[Effect], blocks: NDArray[np.int64]) -> float:
+    def between(compared: Compared, blocks: NDArray[np.int64]) -> float:
+        validator, effects = compared
         runs = [run[blocks].sum(axis=0) for run in validator.runs(effects, validator.config.runs_resampled)]
         return float(np.mean([validator.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
 
     def fraction(blocks: NDArray[np.int64]) -> float:
-        whole = gap(validator.evidence.base, blocks) - between(after, blocks)
+        whole = gap(start, blocks) - between(after, blocks)
         return (gap(before, blocks) - gap(after, blocks)) / whole if whole > 0 else 0.0
 
-    _, (low, high) = jackknife(fraction, len(validator.blocks))
-    return float(np.hypot((high - low) / 2, validator.config.least_error))
+    _, (low, high) = jackknife(fraction, len(start[0].blocks))
+    return float(np.hypot((high - low) / 2, start[0].config.least_error))

@@ -108,6 +108,9 @@ def _rest(page: Page, d: Diagnosis) -> None:
     page.callout(f"{words.percent(left.fraction)} of the gap: {words.sentence(left.description)}", "fair")
     if left.where and left.where != d.where:
         _cuts(page, left.where)
+    if left.nearest:
+        page.text("These come near and are no causes:")
+        page.table(["effect", "closes", "why it is none"], [words.near(n) for n in left.nearest], numbers=(1,))
     if left.where:
         page.text(f"The beginning of a new effect, also written to {words.STUB}:").code(stub(left.where[0]))
 

@@ -71,7 +71,7 @@ def _one(a: NDArray[np.floating], b: NDArray[np.floating]) -> tuple[dict[str, fl
     seen_a, seen_b = (x[:ERROR_HOLE] / max(x[:ERROR_HOLE].sum(), 1) for x in (a, b))
     core = np.abs(_CENTRES) < TAIL
     far_a, far_b = (float(x[~core].sum()) for x in (seen_a, seen_b))
-    (mean_a, std_a), (mean_b, std_b) = (_core(x) for x in (seen_a, seen_b))
+    (mean_a, std_a), (mean_b, std_b) = ((m.item(), s.item()) for m, s in (_core(x[None]) for x in (seen_a, seen_b)))
     valid = 1 - (holes_a + holes_b) / 2
     shift = mean_a - mean_b
     sizes = {
@@ -83,14 +83,39 @@ def _one(a: NDArray[np.floating], b: NDArray[np.floating]) -> tuple[dict[str, fl
     return sizes, (shift, std_a / std_b, holes_a, holes_b, far_a, far_b)
 
 
-def _core(shares: NDArray[np.floating]) -> tuple[float, float]:
-    """Median and spread (half the distance of the 16 % and 84 % quantiles) from shares by bin, interpolated."""
-    sums = np.cumsum(shares)
-    if sums[-1] <= 0:
-        return 0.0, 1.0
-    edges = np.concatenate([-MAGNITUDES[::-1], [0], MAGNITUDES, [140]])
-    low, middle, high = (float(np.interp(q, sums / sums[-1], edges)) for q in (0.16, 0.5, 0.84))
-    return middle, max((high - low) / 2, 0.05)
+@dataclass(frozen=True)
+class Moments:
+    """Of histograms of errors, (cells,) each: median and spread [spreads of the simulator], and the share of holes."""
+
+    middle: NDArray[np.float64]
+    spread: NDArray[np.float64]
+    holes: NDArray[np.float64]
+
+
+def moments(counts: NDArray[np.floating]) -> Moments:
+    """Of histograms of errors (cells, bins). The spread is half the distance of the 16 % and 84 % quantiles."""
+    holes = counts[:, ERROR_HOLE:ERROR_NO_SURFACE].sum(axis=1) / np.maximum(counts.sum(axis=1), 1)
+    seen = counts[:, :ERROR_HOLE] / np.maximum(counts[:, :ERROR_HOLE].sum(axis=1, keepdims=True), 1)
+    middle, spread = _core(seen)
+    return Moments(middle, spread, holes)
+
+
+def _core(shares: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(cells,) median and spread from shares by bin (cells, bins), interpolated; 0 and 1 of none."""
+    sums = np.cumsum(shares, axis=1)
+    whole = sums[:, -1:]
+    sums = np.where(whole > 0, sums / np.maximum(whole, 1e-300), np.linspace(0, 1, sums.shape[1]))
+    edges = np.concatenate([-MAGNITUDES[::-1], [0], MAGNITUDES, [140]]).astype(np.float64)
+    rows, found = np.arange(len(sums)), []
+    for share in (0.16, 0.5, 0.84):
+        after = np.minimum((sums < share).sum(axis=1), sums.shape[1] - 1)
+        before = np.maximum(after - 1, 0)
+        low, high = sums[rows, before], sums[rows, after]
+        part = np.clip((share - low) / np.maximum(high - low, 1e-300), 0, 1)
+        found.append(edges[before] + part * (edges[after] - edges[before]))
+    low, middle, high = found
+    empty = whole[:, 0] <= 0
+    return np.where(empty, 0.0, middle), np.where(empty, 1.0, np.maximum((high - low) / 2, 0.05))
 
 
 def _binary(p: float, q: float) -> float:

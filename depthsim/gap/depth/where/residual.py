@@ -4,14 +4,21 @@ import math
 from collections.abc import Sequence
 
 from depthsim.gap.depth.where.localize import Place
-from depthsim.gap.diagnosis import Cut, Unexplained
+from depthsim.gap.diagnosis import Cut, Nearest, Unexplained
 from depthsim.gap.report.words import place as place_in_words
 
 
-def unexplained_by(places: Sequence[Place], cuts: tuple[Cut, ...], fraction: float) -> Unexplained:
-    """What no cause explains, a ``fraction`` of the gap. places, cuts: where it lies."""
+def unexplained_by(
+    places: Sequence[Place], cuts: tuple[Cut, ...], fraction: float, nearest: tuple[Nearest, ...]
+) -> Unexplained:
+    """What no cause explains, a ``fraction`` of the gap. places, cuts: where it lies; nearest: what is no cause."""
     text, most = describe(places, cuts), best_learned(places)
-    return Unexplained(fraction=fraction, where=cuts, description=text, learnable=most)
+    if nearest:
+        near = nearest[0]
+        text += (
+            f" Nearest is {near.effect}, which closes {near.closed_fraction:.0%}; it is no cause, as it {near.why_not}."
+        )
+    return Unexplained(fraction=fraction, where=cuts, description=text, learnable=most, nearest=nearest)
 
 
 def describe(places: Sequence[Place], cuts: Sequence[Cut]) -> str:

@@ -1,0 +1,254 @@
+"""Whether an effect acts where the gap lies: what it leaves along the axis on which the gap changes most.
+
+An effect that only comes near closes much of a gap, as most of a gap is the same everywhere. What it cannot do is make
+the errors change along the axis along which the recording's do, where that is no axis of its own. So the gap is taken
+apart into bias, spread and holes, and for each of these that the effect changes, the axis is looked for along which the
+gap changes most. An effect by another formula than the recording's leaves a part of that; one that acts elsewhere
+leaves nearly all.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.gap.depth.data import histograms
+from depthsim.gap.depth.data.divergence import Counted
+from depthsim.gap.depth.data.evidence import Counts
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.gap.depth.where.differences import moments
+from depthsim.gap.depth.where.localize import PAIRS, beyond_each
+from depthsim.sensor.effect import Effect
+
+Floats = NDArray[np.float64]
+Effects = Sequence[Effect]
+KINDS = ("bias", "spread", "missing", "all")
+ALL = 3
+_WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "all": "errors"}
+
+
+@dataclass(frozen=True)
+class Changes:
+    """How two sensors differ, kind by kind [bits per pixel], over chance.
+
+    mean: (4, axes) in the mean over an axis' pixels; varies: (4, axes) in what changes from cell to cell; of bias, of
+    spread, of holes, and of the whole distribution. Zero for axes that count no errors. chance: (4, axes) the
+    same as varies of two runs of one sensor. pairs: (axes,) how neighbours
+    and successive frames differ, zero for the others; together: the same beyond what each error alone has.
+    """
+
+    mean: Floats
+    varies: Floats
+    chance: Floats
+    pairs: Floats
+    together: float
+
+    @property
+    def whole(self) -> Floats:
+        """(4,) all of it, by the axis that shows most."""
+        return np.asarray(np.maximum(self.mean + self.varies, 0).max(axis=1))
+
+
+def against(validator: Validator, effects: Effects) -> Changes:
+    """How the recording differs from a sensor with ``effects``."""
+    return _changes(validator, validator.real, _runs(validator, effects))
+
+
+def done_by(validator: Validator, before: Effects, after: Effects) -> Changes:
+    """What is changed from one sensor to another."""
+    return _changes(validator, _runs(validator, after)[0], _runs(validator, before))
+
+
+def disagreement(
+    validator: Validator,
+    effect: type[Effect],
+    before: Effects,
+    after: Effects,
+    *,
+    alone: bool = False,
+    flexible: bool = False,
+) -> str | None:
+    """Why ``effect``, which ``after`` has and ``before`` has not, does not act where the gap of ``before`` lies.
+
+    None if it does. alone: whether all other causes are in ``before``, so that what is there is for ``effect`` alone to
+    explain, along every axis on which it stands out, and not along the first one only. flexible: whether it has so many
+    parameters that it comes near to much.
+    """
+    gap, left, does = against(validator, before), against(validator, after), done_by(validator, before, after)
+    if effect.kinds[0] == "correlation":
+        return _of_pairs(validator, effect, gap, left)
+    limit, acts = validator.evidence.config.agreement, does.whole
+    for k, kind in enumerate(KINDS):
+        if k != ALL and (kind not in effect.kinds or acts[k] < limit.acts * acts[ALL]):
+            continue
+        if why := _leaves(validator, gap, left, k, alone, flexible):
+            return why
+        if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, gap, left, k)):
+            return why
+    if why := _not_itself(validator, effect, gap, left, does):
+        return why
+    if alone and left.together > limit.together * acts[ALL]:
+        return "adds errors that are independent, where those of the recording go together"
+    return None
+
+
+def _leaves(validator: Validator, gap: Changes, left: Changes, k: int, alone: bool, flexible: bool) -> str | None:
+    """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
+    most = validator.evidence.config.agreement.left_by_flexible if flexible else 1.0
+    limit, whole = validator.evidence.config.agreement, max(float(gap.whole[k]), 1e-12)
+    sure = gap.varies[k] > limit.sure * gap.chance[k]
+    worth = np.where(sure, gap.varies[k], 0) / whole - _cost(validator)
+    first = int(np.argmax(worth))
+    if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
+        return None
+    if not sure[first] or gap.varies[k, first] <= limit.uniform * whole:
+        share = float(left.whole[k]) / whole
+        return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > most * limit.left_of_uniform else None
+    strong = worth >= limit.strong * worth[first] if alone else np.arange(len(worth)) == first
+    for axis in np.flatnonzero(strong & sure & (gap.varies[k] > limit.uniform * whole)):
+        share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
+        if share > (most * limit.left_along if axis == first else limit.untouched):
+            return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, int(axis))}"
+    return None
+
+
+def _leaves_elsewhere(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, k: int) -> str | None:
+    """Whether what is left of a kind of gap lies along an axis that is none of the effect's, as it was."""
+    limit, whole = validator.evidence.config.agreement, float(left.whole[k])
+    if whole < limit.near_floor * gap.whole[k]:
+        return None
+    axis = int(np.argmax(left.varies[k] / max(whole, 1e-12) - _cost(validator)))
+    varies = float(left.varies[k, axis])
+    own = set(validator.evidence.axes[axis].name.split(" x ")) & set(effect.axes)
+    sure = varies > limit.sure * left.chance[k, axis]
+    if own or not sure or varies < limit.mostly * whole or varies < limit.untouched * gap.varies[k, axis]:
+        return None
+    return f"leaves all of how {_WORDS[KINDS[k]]} change along {_name(validator, axis)}"
+
+
+def _of_pairs(validator: Validator, effect: type[Effect], gap: Changes, left: Changes) -> str | None:
+    """Whether an effect that makes errors go together leaves too much of how they do."""
+    axes = validator.evidence.axes
+    own = [n for n, axis in enumerate(axes) if axis.name in effect.axes and axis.kind != histograms.ERROR]
+    before, after = float(gap.pairs[own].sum()), float(left.pairs[own].sum())
+    if after <= validator.evidence.config.agreement.left_along * before:
+        return None
+    return f"leaves {after / max(before, 1e-12):.0%} of how errors go together"
+
+
+def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, does: Changes) -> str | None:
+    """Whether an effect, as it is fitted, brings along its first axis what the recording has not.
+
+    Such as a drift of the scale that is fitted to a scale that is wrong all the time.
+    """
+    axes, limit = validator.evidence.axes, validator.evidence.config.agreement
+    if not effect.axes or effect.axes[0] == "range":  # the spread, in which errors are measured, goes with the range
+        return None
+    own = [n for n, axis in enumerate(axes) if axis.name == effect.axes[0] and axis.kind == histograms.ERROR]
+    for k, kind in enumerate(KINDS[:ALL]):
+        if not own or kind not in effect.kinds or does.whole[k] < limit.acts * does.whole[ALL]:
+            continue
+        least = limit.idle * float(does.whole[k])
+        more = left.varies[k, own] - gap.varies[k, own] - limit.sure * left.chance[k, own]
+        if more.max() > least:
+            return f"makes {_WORDS[kind]} change along {effect.axes[0].replace('_', ' ')}, where the recording's do not"
+    return None
+
+
+def _name(validator: Validator, axis: int) -> str:
+    return validator.evidence.axes[axis].name.replace("_", " ")
+
+
+def _runs(validator: Validator, effects: Effects) -> list[Counts]:
+    return validator.runs(effects, validator.evidence.config.fit.runs)
+
+
+def _changes(validator: Validator, one: Counts, others: Sequence[Counts]) -> Changes:
+    """How ``one`` (blocks, size) differs from ``others``, each (blocks, size)."""
+    evidence = validator.evidence
+    usual = np.asarray(np.sum(others[1:], axis=0, dtype=np.float64))
+    fewer = np.asarray(np.sum(others[2:], axis=0, dtype=np.float64))
+    mean, varies, chance = np.zeros((3, len(KINDS), len(evidence.axes)))
+    for number, axis in enumerate(evidence.axes):
+        if axis.kind == histograms.ERROR:
+            mean[:, number], varies[:, number] = _along(validator, number, one, others[0], usual)
+            chance[:, number] = np.abs(_along(validator, number, others[0], others[1], fewer)[1])
+    # One draw of chance says little of one axis: it is no less than it usually is.
+    chance = np.maximum(
+        chance, np.median(chance[:, [a.kind == histograms.ERROR for a in evidence.axes]], axis=1)[:, None]
+    )
+    real, null, runs = (np.asarray(x.sum(axis=0)) for x in (one, others[0], usual))
+    pairs = [n for n, axis in enumerate(evidence.axes) if axis.kind in PAIRS]
+    own = (_together(validator, n, real, runs) - _together(validator, n, null, runs) for n in pairs)
+    kinds = np.array([axis.kind for axis in evidence.axes])
+    counted = (kinds > histograms.ERROR) & (kinds < histograms.PHASE)
+    apart = validator.ruler.by_axis(real, runs) - validator.ruler.by_axis(null, runs)
+    return Changes(mean, varies, chance, np.where(counted, np.maximum(apart, 0), 0), max(0.0, *own) if pairs else 0.0)
+
+
+def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: Counted) -> tuple[Floats, Floats]:
+    """(4,) squared mean difference of each kind, and what changes from cell to cell, along one axis.
+
+    Two halves of the frames have the same true difference and chances of their own, so the product of the two has no
+    part of chance in it, however errors of a frame go together. Axes whose cells the halves do not share, such as time,
+    have the chance of a simulated run taken off instead.
+    """
+    evidence = validator.evidence
+    axis, begin = evidence.axes[number], int(evidence.offsets[number])
+    bins = int(histograms.BINS[histograms.ERROR])
+
+    def cells(counts: Counted) -> Floats:
+        return counts[..., begin : begin + axis.size * bins].reshape(len(counts), axis.size, bins).astype(np.float64)
+
+    a, b = cells(one), cells(usual)
+    halves = [(x[::2].sum(axis=0), x[1::2].sum(axis=0)) for x in (a, b)]
+    pixels = a.sum(axis=(0, 2))
+    shared = np.all([half.sum(axis=1) >= 30 for pair in halves for half in pair], axis=0)
+    if pixels[shared].sum() > 0.8 * pixels.sum() > 0:
+        (one_a, two_a), (one_b, two_b) = halves
+        weight = pixels[shared] / pixels[shared].sum()
+        return _squares(_scaled(one_a[shared], one_b[shared]), _scaled(two_a[shared], two_b[shared]), weight)
+    whole_a, whole_b, whole_null = (x.sum(axis=0) for x in (a, b, cells(null)))
+    enough = np.all([x.sum(axis=1) >= 30 for x in (whole_a, whole_b, whole_null)], axis=0)
+    if not enough.any():
+        return np.zeros(len(KINDS)), np.zeros(len(KINDS))
+    weight = pixels[enough] / pixels[enough].sum()
+    seen, chance = (_scaled(x[enough], whole_b[enough]) for x in (whole_a, whole_null))
+    (mean, varies), (mean_null, varies_null) = _squares(seen, seen, weight), _squares(chance, chance, weight)
+    return mean - mean_null, varies - varies_null
+
+
+def _squares(x: Floats, y: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    """(4,) the product of the means of two (3 + bins, cells), and the mean product of what is beside them."""
+    mean_x, mean_y = x @ weight, y @ weight
+    means = mean_x * mean_y
+    varies = ((x - mean_x[:, None]) * (y - mean_y[:, None])) @ weight
+    return np.append(means[:ALL], means[ALL:].sum()), np.append(varies[:ALL], varies[ALL:].sum())
+
+
+def _scaled(a: Floats, b: Floats) -> Floats:
+    """(3 + bins, cells) how histograms (cells, bins) differ: in bias, spread and holes, such that the square is the
+    divergence in bits where it is small, and in the roots of all shares."""
+    one, other = moments(a), moments(b)
+    bias = (one.middle - other.middle) / np.sqrt(one.spread**2 + other.spread**2)
+    spread = np.log(one.spread / other.spread)
+    holes = 2 * (np.arcsin(np.sqrt(one.holes)) - np.arcsin(np.sqrt(other.holes)))
+    kinds = np.stack([bias, spread, holes / np.sqrt(2)]) / np.sqrt(4 * np.log(2))
+    roots = [np.sqrt(x / x.sum(axis=1, keepdims=True)) for x in (a, b)]
+    return np.concatenate([kinds, (roots[0] - roots[1]).T])
+
+
+def _cost(validator: Validator) -> Floats:
+    """(axes,) what an axis must explain more for having many cells or being a pair; infinite where none is counted."""
+    limit, costs = validator.evidence.config.where, []
+    for axis in validator.evidence.axes:
+        own = limit.per_doubling * max(np.log2(axis.size / 8), 0.0) + (0.0 if axis.single else limit.pair)
+        costs.append(own if axis.kind == histograms.ERROR else np.inf)
+    return np.array(costs)
+
+
+def _together(validator: Validator, axis: int, x: Counted, y: Counted) -> float:
+    """How pairs of errors differ beyond each error alone [bits per pixel]."""
+    totals = validator.ruler.totals(x)[validator.ruler.axis_of_cell == axis]
+    return float((beyond_each(validator.evidence, axis, x, y) * totals).sum() / max(totals.sum(), 1))

@@ -1,0 +1,64 @@
+"""The recording's poses as a cause of the gap, measured by registration before anything is fitted.
+
+A rigid motion of a whole frame looks like many an effect of the sensor. Once the frames are registered it is gone, and
+everything else is diagnosed without it; the gap that it makes is what registering takes off.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.data.registration import PoseErrors, register
+from depthsim.sensor.effect import Effect
+from depthsim.sensor.effects.pose_noise import PoseNoise
+
+_SURE = 3.0
+"""Standard errors that the poses' errors must be off from those that the simulator has."""
+
+
+@dataclass(frozen=True)
+class Poses:
+    """What registration found. held: the errors that the simulator's poses have; evidence: the registered frames,
+    whose simulator has right poses.
+    """
+
+    errors: PoseErrors
+    held: PoseNoise | None
+    evidence: Evidence
+
+    @property
+    def are_as_held(self) -> bool:
+        """Whether the simulator's poses are off by as much as the recording's."""
+        if self.held is None:
+            return False
+        intervals = self.errors.intervals(_SURE)
+        return all(low <= getattr(self.held, name) <= high for name, (low, high) in intervals.items())
+
+    def effects(self, is_cause: bool) -> tuple[PoseNoise, ...]:
+        """What a simulator with such poses has."""
+        if is_cause:
+            return (self.errors.effect(),)
+        return () if self.held is None else (self.held,)
+
+    def note(self, is_cause: bool) -> str:
+        """What a reader must know of it."""
+        if is_cause or self.held is not None:
+            return f"{self.errors.text}: all else was diagnosed on frames registered with the scene"
+        return "the frames were registered with the scene, which makes next to no difference to the gap"
+
+
+def register_frames(given: Evidence) -> Poses | None:
+    """The frames of ``given`` at the poses where they fit the scene; None where the poses are right, or unknown."""
+    held = next((effect for effect in given.base if isinstance(effect, PoseNoise)), None)
+    frames = [int(i) for block in given.blocks for i in block]
+    found = register(given.run, given.caster, frames, given.threads)
+    if found.errors.is_unknown or (found.errors.is_none and (held is None or held.is_neutral)):
+        return None
+    run, base = found.applied(given.run), without_errors(given.base)
+    registered = Evidence(run, given.scene, given.materials, base, given.threads, given, given.config)
+    return Poses(found.errors, held, registered)
+
+
+def without_errors(effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """A sensor at poses that are right."""
+    return tuple(effect for effect in effects if not isinstance(effect, PoseNoise))

@@ -1,0 +1,176 @@
+"""Poses that are off, and a pattern that stays, in a diagnosis as it is called; of other formulas than the effects'."""
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from recordings import ROOM_CAMERA, write_room
+from scipy.spatial.transform import Rotation
+from shapes import Array
+
+from depthsim.gap import Diagnosis, diagnose
+from depthsim.gap.depth.data.load import load_evidence
+from depthsim.gap.depth.diagnose import investigate
+from depthsim.gap.depth.fit.poses import register_frames
+from depthsim.gap.depth.report.write import write_report
+from depthsim.gap.report import words
+from depthsim.runs import Run
+from depthsim.runs.generate import generate
+from depthsim.scene import Scene
+from depthsim.scenefile import load_scene
+from depthsim.sensor import Profile, effect_class, load_profile
+from depthsim.sensor.effect import effect_ids
+from depthsim.trajectory import Trajectory
+
+FRAMES = 24
+STAMPS = 50 + np.arange(FRAMES) / 10
+BASE = Profile(name="made", effects=(effect_class("disparity_noise")(sigma=0.03),))
+BANK = {"pose_noise", "fixed_pattern", "disparity_noise", "time_offset", "baseline_scale", "extrinsic_rotation",
+        "rolling_shutter", "disparity_offset", "motion_noise"}  # fmt: skip
+OTHERS = tuple(name for name in effect_ids() if name not in BANK)
+
+
+def path() -> Trajectory:
+    """About the room's far corner with turns to all sides."""
+    t = STAMPS - STAMPS[0]
+    swing = np.stack([0.25 * np.sin(2.1 * t), 0.2 * np.sin(1.3 * t + 1), 0.15 * np.sin(2.9 * t)], axis=1)
+    level = Rotation.from_matrix(np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]))
+    turns = level * Rotation.from_rotvec(0.8 * swing[:, ::-1])
+    return Trajectory(STAMPS, np.array([-1.2, 0, 1.2]) + swing, turns.as_quat())
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    return load_scene(write_room(tmp_path_factory.mktemp("poses") / "room.obj"))
+
+
+def record(scene: Scene, folder: Path, off: Array | None = None, **effects: dict[str, Any]) -> Run:
+    """A run whose poses, as it has them, are off: (frames, 6) turns [rad] and shifts [m] in the camera's axes."""
+    profile = BASE.model_copy(
+        update={"effects": (*BASE.effects, *(effect_class(i)(**keys) for i, keys in effects.items()))}
+    )
+    generate(scene, path(), ROOM_CAMERA, profile, folder, seed=4)
+    run = Run.open(folder)
+    if off is None:
+        return run
+    true = path()
+    positions = true.positions + np.einsum("nij,nj->ni", true.matrices()[:, :3, :3], off[:, 3:])
+    turns = Rotation.from_quat(true.quaternions) * Rotation.from_rotvec(off[:, :3])
+    told = Trajectory(STAMPS, positions, turns.as_quat())
+    return replace(run, trajectory=told, truth=told)
+
+
+def jumps() -> Array:
+    """Either way by one size, every frame anew: no normal numbers."""
+    rng = np.random.default_rng(2)
+    return np.asarray(rng.choice([-1.0, 1.0], (FRAMES, 6)) * np.array([np.radians(0.4)] * 3 + [0.003] * 3))
+
+
+def found_in(run: Run, scene: Scene, *without: str) -> Diagnosis:
+    return diagnose(run, scene=scene, sensor=BASE, without=(*OTHERS, *without), threads=1)
+
+
+@pytest.fixture(scope="module")
+def shaken(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return record(scene, tmp_path_factory.mktemp("shaken") / "run", jumps())
+
+
+def test_poses_that_are_off_are_a_cause(scene: Scene, shaken: Run, tmp_path: Path) -> None:
+    found = investigate(shaken, scene=scene, sensor=BASE, without=OTHERS, threads=1)
+    said = found.diagnosis
+    assert [cause.effect for cause in said.causes] == ["pose_noise"]
+    (cause,) = said.causes
+    assert cause.closed_fraction == pytest.approx(said.gap.closed_fraction) and cause.closed_fraction > 0.9
+    for name, true in (("rotation", 0.4), ("translation", 0.003)):
+        low, high = cause.ci95[name]
+        assert low < cause.parameters[name] < high and low < 1.1 * true and high > 0.9 * true
+    assert cause.ci95["correlation_time"][0] == 0
+    assert any("deg per frame" in note for note in said.notes)
+    assert "deg" in words.parameters(cause)[0].text
+    # As recorded, so that the place is that of the whole gap.
+    assert said.where and found.evidence.run is shaken
+    write_report(found, tmp_path / "report")
+    profile = load_profile(tmp_path / "report" / "sensor.yaml")
+    assert profile.effects[-1].id == "pose_noise"
+    again = diagnose(shaken, scene=scene, sensor=profile, without=OTHERS, threads=1)
+    assert again.verdict in ("no_gap", "explained") and not again.causes
+
+
+def test_without_it_nothing_is_registered(scene: Scene, shaken: Run) -> None:
+    found = found_in(shaken, scene, "pose_noise")
+    assert "pose_noise" not in [cause.effect for cause in found.causes] and not any("regist" in n for n in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("effect", "keys"),
+    [
+        ("time_offset", {"offset": 0.04}),
+        ("rolling_shutter", {"readout": 0.05}),
+        ("baseline_scale", {"scale": 1.01}),
+        ("extrinsic_rotation", {"x": 0.8, "y": -0.6, "z": 0.3}),
+    ],
+)
+def test_errors_of_the_sensor_keep_their_names(effect: str, keys: Any, scene: Scene, tmp_path: Path) -> None:
+    run = record(scene, tmp_path / "run", **{effect: keys})
+    evidence, _ = load_evidence(run, scene, BASE, threads=1)
+    assert register_frames(evidence) is None
+    rivals = tuple(BANK - {effect, "pose_noise", "disparity_noise"})
+    found = found_in(run, scene, *rivals)
+    assert [cause.effect for cause in found.causes] == [effect]
+
+
+def test_a_mount_that_is_turned_beside_poses_that_are_off(scene: Scene, tmp_path: Path) -> None:
+    run = record(scene, tmp_path / "run", jumps(), extrinsic_rotation={"x": 1.5, "y": -1.2, "z": 0.8})
+    found = found_in(run, scene, "time_offset", "rolling_shutter", "motion_noise")
+    assert {cause.effect for cause in found.causes} == {"pose_noise", "extrinsic_rotation"}
+    assert sum(cause.closed_fraction for cause in found.causes) == pytest.approx(found.gap.closed_fraction)
+
+
+def test_of_few_frames_nothing_is_known(scene: Scene, shaken: Run) -> None:
+    few = {name: getattr(shaken, name)[:5] for name in ("files", "rgb_files")}
+    part = replace(shaken.trajectory, **{f.name: getattr(shaken.trajectory, f.name)[:5] for f in
+                   fields(Trajectory) if f.name in ("stamps", "positions", "quaternions")})  # fmt: skip
+    evidence, _ = load_evidence(replace(shaken, trajectory=part, truth=part, **few), scene, BASE, threads=1)
+    assert register_frames(evidence) is None
+
+
+@dataclass(frozen=True, eq=False)
+class Dented(Run):
+    """A recording whose disparity has dents that stay."""
+
+    def depth(self, index: int) -> Any:
+        """Depth [m]."""
+        return self.depth_raw(index).astype(np.float32) * np.float32(self.camera.depth_scale)
+
+    def depth_raw(self, index: int) -> Any:
+        """Depth in units."""
+        units = super().depth_raw(index)
+        z = units.astype(float) * self.camera.depth_scale
+        v, u = np.mgrid[: z.shape[0], : z.shape[1]]
+        dents = np.zeros(z.shape)
+        for at, size, depth in (
+            ((40, 30), 12, 1), ((110, 60), 15, 1), ((80, 20), 10, -1), ((20, 70), 14, -1), ((130, 20), 12, -1),
+            ((75, 70), 12, -1),
+        ):  # fmt: skip
+            dents += 0.12 * depth / (1 + (((u - at[0]) ** 2 + (v - at[1]) ** 2) / size**2) ** 2)
+        fb = self.camera.focal_baseline
+        d = fb / np.maximum(z, 1e-3) + dents
+        return np.where(units > 0, np.round(fb / d / self.camera.depth_scale), 0).astype(np.uint16)
+
+
+def test_a_pattern_is_named_with_its_grid(scene: Scene, tmp_path: Path) -> None:
+    run = record(scene, tmp_path / "run")
+    run = Dented(**{one.name: getattr(run, one.name) for one in fields(run)})
+    found = investigate(run, scene=scene, sensor=BASE, without=OTHERS, threads=1)
+    causes = found.diagnosis.causes
+    assert [cause.effect for cause in causes] == ["fixed_pattern"]
+    assert causes[0].closed_fraction > 0.6  # what a mount or an offset explains as well is not learned
+    assert [p.name for p in words.parameters(causes[0])] == ["amplitude", "size"]
+    write_report(found, tmp_path / "report")
+    text = (tmp_path / "report" / "sensor.yaml").read_text()
+    grid = load_profile(tmp_path / "report" / "sensor.yaml").effects[-1].model_dump()["grid"]
+    assert text.count("    - [") == len(grid) > 2
+    page = (tmp_path / "report" / "index.html").read_text()
+    assert str(grid[1][1]) not in page
