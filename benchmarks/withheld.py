@@ -1,6 +1,6 @@
 """The withheld benchmark: diagnoses of runs whose cause is known, made by formulas that depthsim's effects do not have.
 
-    ./run python benchmarks/withheld.py run --tier a --tier d --cases 93 --out RESULTS [--jobs 2]
+    ./run python benchmarks/withheld.py run --tier a --tier d --cases 99 --out RESULTS [--jobs 2]
     ./run python benchmarks/withheld.py tables --out RESULTS
     ./run python benchmarks/withheld.py make --tier a --effect min_range --strength medium --seed 3 --out DIR
 
@@ -63,7 +63,7 @@ def make(
 def run(
     out: Annotated[Path, typer.Option(help="The folder of the results.")],
     tier: Annotated[list[str] | None, typer.Option(help=f"Some of {', '.join(TIERS)}; all if none is given.")] = None,
-    cases: Annotated[int, typer.Option(min=1, help="How many of each tier.")] = 93,
+    cases: Annotated[int, typer.Option(min=1, help="How many of each tier.")] = 99,
     effect: Annotated[list[str] | None, typer.Option(help="Only cases with one of these.")] = None,
     strength: Annotated[list[str] | None, typer.Option(help="Only cases of these strengths.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Cases side by side.")] = 1,

@@ -75,8 +75,8 @@ class Formula:
         """Time of the picture minus its stamp [s]; (height,) for one a row."""
         return 0.0
 
-    def turn(self) -> Floats | None:
-        """(3, 3) rotation of the camera in its mount: true pose = pose · turn."""
+    def moved(self, take: "Take") -> Floats | None:
+        """(4, 4) where the camera is beside what its pose says: true pose = pose · moved."""
         return None
 
     def rays(self, take: "Take", rays: Floats) -> Floats:
@@ -238,11 +238,9 @@ class Film:
             poses = self.route.at(stamp + np.atleast_1d(delay))
             take.poses = poses if len(poses) > 1 else poses[0]
         for formula in formulas:
-            turn = formula.turn()
-            if turn is not None:
-                mount = np.eye(4)
-                mount[:3, :3] = turn
-                take.poses = take.poses @ mount
+            moved = formula.moved(take)
+            if moved is not None:
+                take.poses = take.poses @ moved
         for formula in formulas:
             take.directions = formula.rays(take, take.directions)
         rays = take.directions.astype(np.float32) if take.directions is not self.calibrated else None

@@ -12,12 +12,13 @@ from benchmarks.withheld_data.formulas import (
     noise,
     optics,
     outside,
+    pattern,
     pose,
     shadow,
     tails,
 )
 
-_FAMILIES = (pose, optics, disparity, noise, correlation, tails, holes, light, shadow, limits, edges, filters)
+_FAMILIES = (pose, optics, disparity, pattern, noise, correlation, tails, holes, light, shadow, limits, edges, filters)
 
 
 def _by_effect(*families: object) -> dict[str, tuple[type[Formula], ...]]:

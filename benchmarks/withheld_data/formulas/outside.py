@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy import ndimage
 
 from benchmarks.withheld_data.film import Film, Formula, Mask, Rng, Take
 from benchmarks.withheld_data.world import World
@@ -21,23 +20,6 @@ class RowBanding(Formula):
         d = take.disparity
         rows = take.rng("rows").normal(0, self.amount, (len(d), 1))
         take.z = np.where(d > 0, take.film.inverse(np.maximum(d + rows, d / 3)), 0)
-
-
-class ColumnPattern(Formula):
-    """Every column has an offset in disparity that stays: a fixed pattern of the readout."""
-
-    effect = "column_pattern"
-    span = (2e-3, 1.0)
-    axes = ("image_column", "image_position", "pixel_neighbours", "frame_neighbours")
-
-    def __init__(self, rng: Rng, film: Film) -> None:
-        self._columns = ndimage.gaussian_filter1d(rng.standard_normal(film.camera.width), rng.uniform(0.5, 6))
-        self._columns /= self._columns.std()
-
-    def bias(self, take: Take) -> None:
-        """amount: std of the columns [px]."""
-        d = take.disparity
-        take.z = np.where(d > 0, take.film.inverse(np.maximum(d + self.amount * self._columns, d / 3)), 0)
 
 
 class WavyRange(Formula):

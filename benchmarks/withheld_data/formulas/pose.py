@@ -6,6 +6,15 @@ from scipy.spatial.transform import Rotation
 from benchmarks.withheld_data.film import Film, Floats, Formula, Rng, Take
 
 
+def _rigid(turn: Rotation, shift: Floats | None = None) -> Floats:
+    """(4, 4) of a turn and a shift [m]."""
+    pose = np.eye(4)
+    pose[:3, :3] = turn.as_matrix()
+    if shift is not None:
+        pose[:3, 3] = shift
+    return pose
+
+
 class JitteredDelay(Formula):
     """A late stamp that jitters by a fifth of the delay from frame to frame."""
 
@@ -92,14 +101,18 @@ class TurnedMount(Formula):
         axis = rng.normal(size=3)
         self._share = axis / np.linalg.norm(axis)
 
-    def turn(self) -> Floats:
+    def _turn(self) -> Rotation:
         """Degrees about y, then x, then z."""
         x, y, z = self._share * self.amount
-        return Rotation.from_euler("YXZ", [y, x, z], degrees=True).as_matrix()
+        return Rotation.from_euler("YXZ", [y, x, z], degrees=True)
+
+    def moved(self, take: Take) -> Floats:
+        """The same in every frame."""
+        return _rigid(self._turn())
 
     def known(self) -> dict[str, float]:
         """The rotation vector [deg]."""
-        x, y, z = np.degrees(Rotation.from_matrix(self.turn()).as_rotvec())
+        x, y, z = np.degrees(self._turn().as_rotvec())
         return {"x": float(x), "y": float(y), "z": float(z)}
 
 
@@ -110,3 +123,67 @@ class OneAxis(TurnedMount):
 
     def __init__(self, rng: Rng, film: Film) -> None:
         self._share = np.eye(3)[rng.integers(3)] * rng.choice([-1, 1])
+
+
+class _PoseError(Formula):
+    """The pose of every frame is off by Euler angles and a shift; amount is how far in all [deg]."""
+
+    span = (5e-3, 5.0)
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        self.metres_per_degree = float(rng.uniform(0.003, 0.03))
+
+    def six(self, take: Take) -> Floats:
+        """(6,) angles about z, y and x, and the shift, for an amount of 1."""
+        raise NotImplementedError
+
+    def moved(self, take: Take) -> Floats:
+        """Degrees about z, then y, then x."""
+        six = self.amount * self.six(take)
+        return _rigid(Rotation.from_euler("ZYX", six[:3], degrees=True), self.metres_per_degree * six[3:])
+
+
+class MarkerJitter(_PoseError):
+    """Every frame has an error of its own, and now and then a large one: markers that are hidden or mistaken."""
+
+    effect = "pose_noise"
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        super().__init__(rng, film)
+        self.freedom = float(rng.uniform(2.5, 6))
+
+    def six(self, take: Take) -> Floats:
+        """Of a Student law with variance 1."""
+        return take.rng("markers").standard_t(self.freedom, 6) * np.sqrt(1 - 2 / self.freedom)
+
+
+class DriftAndJump(_PoseError):
+    """A pose that drifts off evenly, and jumps back to the truth whenever a known place is seen again."""
+
+    effect = "pose_noise"
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        super().__init__(rng, film)
+        self.every, self.phase = float(rng.uniform(0.6, 2.5)), float(rng.random())
+
+    def six(self, take: Take) -> Floats:
+        """Each drift has a way of its own; at its end it is as far off as the amount says in each direction."""
+        drift, share = divmod(take.stamp / self.every + self.phase, 1.0)
+        return share * take.rng("drift", int(drift)).standard_normal(6)
+
+
+class SwayingMast(_PoseError):
+    """The camera swings on its mount about all axes, at two frequencies that no frame rate divides."""
+
+    effect = "pose_noise"
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        super().__init__(rng, film)
+        self.frequencies = rng.uniform(0.3, 3.0, 2)
+
+    def six(self, take: Take) -> Floats:
+        """Sines with a mean square of 1, at a phase that is drawn anew for each run."""
+        rng = take.rng("sway", 0)
+        phase, part = rng.uniform(0, 2 * np.pi, (2, 6)), rng.uniform(0, np.pi / 2, 6)
+        waves = np.sin(2 * np.pi * self.frequencies[:, None] * take.stamp + phase)
+        return np.sqrt(2) * (np.cos(part) * waves[0] + np.sin(part) * waves[1])
