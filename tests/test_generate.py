@@ -237,6 +237,13 @@ def test_start_up_imports_nothing_heavy() -> None:
     assert result.stdout.strip() == "[]"
 
 
+def test_a_simulation_loads_no_scipy() -> None:
+    """It would take half as long again to start a command."""
+    code = "import sys, depthsim.runs.generate, depthsim.sensor as s; s.load_profile('d435'); print('scipy' in sys.modules)"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "False"
+
+
 def test_no_open3d_is_needed(room: Path, tmp_path: Path) -> None:
     hidden = tmp_path / "hidden"
     (hidden / "open3d").mkdir(parents=True)
