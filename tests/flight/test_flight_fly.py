@@ -98,7 +98,7 @@ def test_contact_agrees_with_a_dense_march(seed: int) -> None:
         assert cKDTree(points).query(contact.position)[0] < radius + 0.1
 
 
-def test_a_flight_in_a_room_tells_the_wall_it_meets() -> None:
+def test_a_flight_in_a_room_reports_the_wall_it_meets() -> None:
     room = as_scene(box((-5, -5, 0), (5, 5, 4)))
     craft = vehicle()
     free = fly(Circle(radius=3, speed=2), craft, scene=room)
