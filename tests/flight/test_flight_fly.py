@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from commands import depthsim_here
 from flights import vehicle
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -98,7 +99,7 @@ def test_contact_agrees_with_a_dense_march(seed: int) -> None:
         assert cKDTree(points).query(contact.position)[0] < radius + 0.1
 
 
-def test_a_flight_in_a_room_tells_the_wall_it_meets() -> None:
+def test_a_flight_in_a_room_reports_the_wall_it_meets() -> None:
     room = as_scene(box((-5, -5, 0), (5, 5, 4)))
     craft = vehicle()
     free = fly(Circle(radius=3, speed=2), craft, scene=room)
@@ -326,7 +327,7 @@ def test_fly_and_generate_from_the_command_line(tmp_path: Path) -> None:
                     "--wind", "gusts:velocity=1/0/0", "--seed", 4, "--scene", "office")  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "s on crazyflie, up to" in done.stdout
-    done = depthsim("generate", "office", "--fly", flight, "--out", run, "--resolution", "424x240", "--frames", 3,
+    done = depthsim_here("generate", "office", "--fly", flight, "--out", run, "--resolution", "424x240", "--frames", 3,
                     "--only-depth", "--camera", "d435")  # fmt: skip
     assert done.returncode == 0, done.stderr
     for name in ("flight.csv", "imu.csv", "vehicle.yaml"):
@@ -337,8 +338,8 @@ def test_fly_and_generate_from_the_command_line(tmp_path: Path) -> None:
         "{path: 'circle:radius=1.2,center=4/4/1.4', speed: 1, vehicle: crazyflie, "
         "wind: 'gusts:velocity=1/0/0', seed: 4}"
     )
-    done = depthsim("generate", "office", "--fly", tmp_path / "spec.yaml", "--out", tmp_path / "run2", "--frames", 2,
-                    "--resolution", "424x240", "--only-depth", "--camera", "d435")  # fmt: skip
+    done = depthsim_here("generate", "office", "--fly", tmp_path / "spec.yaml", "--out", tmp_path / "run2",
+                         "--frames", 2, "--resolution", "424x240", "--only-depth", "--camera", "d435")  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "run2/imu.csv").read_bytes() == (flight / "imu.csv").read_bytes()
 
@@ -351,13 +352,13 @@ def test_faults_at_the_command_line_are_one_line(tmp_path: Path) -> None:
         ("fly", "hover", "--imu-rate", 100, "--out", out),
         ("generate", "office", "--fly", tmp_path / "gone", "--out", out),
     ):
-        done = depthsim(*words)
+        done = depthsim_here(*words)
         assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
         assert not out.exists()
 
 
 def test_a_flight_does_not_write_over_a_runs_poses(tmp_path: Path) -> None:
     (tmp_path / "depth.txt").write_text("")
-    done = depthsim("fly", "hover:time=1", "--out", tmp_path)
+    done = depthsim_here("fly", "hover:time=1", "--out", tmp_path)
     assert done.returncode == 2 and "holds a recorded run" in done.stderr
     assert [file.name for file in tmp_path.iterdir()] == ["depth.txt"]

@@ -381,7 +381,7 @@ def test_an_unknown_scene_writes_nothing(tmp_path: Path, capsys: pytest.CaptureF
     assert not (tmp_path / "new").exists()
 
 
-def test_a_scene_file_tells_of_a_wrong_parameter(tmp_path: Path) -> None:
+def test_a_scene_file_reports_a_wrong_parameter(tmp_path: Path) -> None:
     path = tmp_path / "s.yaml"
     path.write_text("meshes: [{build: wall, parameters: {colour: red}}]")
     with pytest.raises(InputError, match="its parameters are material"):

@@ -88,7 +88,7 @@ def test_a_profile_keeps_the_grid_a_line_a_row(tmp_path: Path) -> None:
         ("0.3", "valid tuple"),
     ],
 )
-def test_a_grid_that_is_none_is_told_in_a_line(grid: str, problem: str, tmp_path: Path) -> None:
+def test_a_grid_that_is_none_is_reported_in_one_line(grid: str, problem: str, tmp_path: Path) -> None:
     file = tmp_path / "own.yaml"
     file.write_text(f"effects: [fixed_pattern: {{grid: {grid}}}]", encoding="utf-8")
     with pytest.raises(InputError, match=problem) as raised:

@@ -49,7 +49,7 @@ def test_disparity_noise_is_constant_in_disparity(distance: float, sigma: float)
         assert abs(measured.depth.std() / (sigma * distance**2 / FB) - 1) < 0.02
 
 
-def test_noise_beyond_infinity_is_no_return() -> None:
+def test_noise_beyond_infinity_is_a_hole() -> None:
     far = Caster(as_scene(wall(100.0, half=500)))  # 0.1 px
     measured = measure(DisparityNoise(sigma=0.1), caster=far)
     share = stats.norm.cdf(-1)

@@ -117,7 +117,7 @@ def test_halves_are_rounded_up() -> None:
 
 
 @pytest.mark.parametrize("scale", [0.001, 0.0001, 0.00025, 1e-6, 1.0])
-def test_depths_that_do_not_fit_are_saturated_or_missing(scale: float) -> None:
+def test_depths_that_do_not_fit_are_saturated_or_holes(scale: float) -> None:
     whole = np.array([1, 2, 1000, 65533, 65534]) * scale
     assert units(list(whole), scale) == [1, 2, 1000, 65533, 65534]
     assert units([65535 * scale, 65536 * scale, 1e6, 1e30, 3e38, np.inf], scale) == [SATURATED] * 6
@@ -134,7 +134,7 @@ def test_sixteen_bits_hold_the_depth_to_half_a_unit(depth: list[float], threads:
     assert (np.abs(stored[inside] * 0.001 - exact[inside].astype(np.float64)) <= 0.0005 + 4e-6).all()
 
 
-def test_a_wall_too_far_for_the_unit_is_saturated_and_not_missing() -> None:
+def test_a_wall_too_far_for_the_unit_is_saturated_and_no_hole() -> None:
     cam = camera(depth_scale=0.0001)
     measured = Sensor(Caster(as_scene(wall(7.0))), cam, PAPER, MATERIALS).measure(np.eye(4))
     assert set(np.unique(measured.depth_raw)) == {0, SATURATED}

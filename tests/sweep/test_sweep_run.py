@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from commands import depthsim_here
 from sweeps import SWEEP, Here, tree, write_sweep
 
 from depthsim.errors import InputError
@@ -232,7 +233,7 @@ def test_a_run_that_fails_three_times_is_reported_and_the_others_are_made(sweep:
     progress, _ = here(sweep, tmp_path / "out", spoil=spoil)
     assert (progress.whole, progress.failed, progress.lost, len(tries)) == (15, 1, 3, 3)
     assert "SIGSEGV" in progress.first_error
-    shown = depthsim("inspect", tmp_path / "out")
+    shown = depthsim_here("inspect", tmp_path / "out")
     assert "15 whole (93.8%), 1 failed, 0 missing" in shown.stdout
     assert "failed, 1 runs, the first runs/000/000005: run 5: its worker died (SIGSEGV)" in shown.stdout
     progress, given = here(sweep, tmp_path / "out")
@@ -268,7 +269,7 @@ def test_a_target_that_is_something_else_is_refused(sweep: Path, tmp_path: Path)
 
 def test_a_bad_sweep_leaves_nothing_behind(sweep: Path, tmp_path: Path) -> None:
     sweep.write_text(SWEEP.replace("radius=0.5", "radius=-1"))
-    result = depthsim("sweep", sweep, "--out", tmp_path / "out")
+    result = depthsim_here("sweep", sweep, "--out", tmp_path / "out")
     assert result.returncode == 2
     assert len(result.stderr.splitlines()) == 1
     assert not (tmp_path / "out").exists()
@@ -314,7 +315,7 @@ def test_half_a_line_of_the_journal_is_cut_off(made: Path, tmp_path: Path) -> No
 
 def test_dry_run_counts_measures_and_makes_nothing(sweep: Path, tmp_path: Path) -> None:
     before = tree(tmp_path)
-    result = depthsim("sweep", sweep, "--dry-run", "--workers", "2")
+    result = depthsim_here("sweep", sweep, "--dry-run", "--workers", "2")
     assert result.returncode == 0, result.stderr
     assert result.stdout.startswith("small: 16 runs, 48 frames\n")
     assert "with 2 workers" in result.stdout
@@ -322,13 +323,13 @@ def test_dry_run_counts_measures_and_makes_nothing(sweep: Path, tmp_path: Path) 
 
 
 def test_inspect_shows_a_run_at_random(made: Path, tmp_path: Path) -> None:
-    result = depthsim("inspect", made, "--draw", "12", "--preview", tmp_path / "run.png")
+    result = depthsim_here("inspect", made, "--draw", "12", "--preview", tmp_path / "run.png")
     assert result.returncode == 0, result.stderr
     assert "16 whole (100.0%), 0 failed, 0 missing; 48 frames" in result.stdout
     assert "hall.obj, d435: " in result.stdout
     assert "runs/000/000012: hall.obj" in result.stdout
     assert (tmp_path / "run.png").stat().st_size > 10_000
-    assert depthsim("inspect", made, "--draw", "16").returncode == 2
+    assert depthsim_here("inspect", made, "--draw", "16").returncode == 2
 
 
 def depthsim(*words: object) -> subprocess.CompletedProcess[str]:

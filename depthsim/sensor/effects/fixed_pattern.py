@@ -6,7 +6,6 @@ from typing import Annotated, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, FiniteFloat, field_validator
-from scipy.interpolate import CubicSpline
 
 from depthsim.draws import Draws
 from depthsim.kernels import kernel
@@ -104,6 +103,8 @@ def spline(knots: int, pixels: int) -> NDArray[np.float64]:
 
 def _spline(knots: int, at: NDArray[np.float64]) -> NDArray[np.float64]:
     """(places, knots): the natural cubic spline through each knot's unit value; one knot is a constant."""
+    from scipy.interpolate import CubicSpline  # takes as long to load as half of all else that a command needs
+
     if knots == 1:
         return np.ones((len(at), 1))
     return np.asarray(CubicSpline(np.arange(knots), np.eye(knots), bc_type="natural")(at))
