@@ -135,10 +135,12 @@ def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any
     if axis.kind not in PAIRS:
         return np.zeros(size)
     pairs = [counts[begin : begin + size * bins].reshape(size, bins)[:, :25].reshape(size, 5, 5) for counts in (x, y)]
-    joint, one, other = (
-        jensenshannon(*(p.sum(axis=sums).reshape(size, -1) + 1e-9 for p in pairs), base=2, axis=1) ** 2
-        for sums in ((), (1,), (2,))
-    )
+    with np.errstate(invalid="ignore"):  # of what is alike, rounding may leave less than nothing under the root
+        joint, one, other = (
+            np.nan_to_num(jensenshannon(*(p.sum(axis=sums).reshape(size, -1) + 1e-9 for p in pairs), base=2, axis=1))
+            ** 2
+            for sums in ((), (1,), (2,))
+        )
     return np.maximum(joint - one - other, 0)
 
 
