@@ -150,8 +150,9 @@ def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: 
         if not own or kind not in effect.kinds or does.whole[k] < limit.acts * does.whole[ALL]:
             continue
         least = limit.idle * float(does.whole[k])
-        more = left.varies[k, own] - gap.varies[k, own] - limit.sure * left.chance[k, own]
-        if more.max() > least:
+        axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
+        more = left.varies[k, axis] - gap.varies[k, axis] - limit.sure * left.chance[k, axis]
+        if more > least:
             return f"makes {_WORDS[kind]} change along {effect.axes[0].replace('_', ' ')}, where the recording's do not"
     return None
 
