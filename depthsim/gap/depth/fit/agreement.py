@@ -18,7 +18,7 @@ from depthsim.gap.depth.data.divergence import Counted
 from depthsim.gap.depth.data.evidence import Counts
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.where.differences import moments
-from depthsim.gap.depth.where.localize import PAIRS, beyond_each
+from depthsim.gap.depth.where.localize import PAIRS, axis_cost, beyond_each
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -33,9 +33,9 @@ class Changes:
     """How two sensors differ, kind by kind [bits per pixel], over chance.
 
     mean: (4, axes) in the mean over an axis' pixels; varies: (4, axes) in what changes from cell to cell; of bias, of
-    spread, of holes, and of the whole distribution. Zero for axes that count no errors. chance: (4, axes) the
-    same as varies of two runs of one sensor. pairs: (axes,) how neighbours
-    and successive frames differ, zero for the others; together: the same beyond what each error alone has.
+    spread, of holes, and of the whole distribution. Zero for axes that count no errors. chance: (4, axes) the same as
+    varies of two runs of one sensor. pairs: (axes,) how neighbours and successive frames differ, zero for the others;
+    together: the same beyond what each error alone has.
     """
 
     mean: Floats
@@ -175,14 +175,12 @@ def _changes(validator: Validator, one: Counts, others: Sequence[Counts]) -> Cha
         if axis.kind == histograms.ERROR:
             mean[:, number], varies[:, number] = _along(validator, number, one, others[0], usual)
             chance[:, number] = np.abs(_along(validator, number, others[0], others[1], fewer)[1])
+    kinds = np.array([axis.kind for axis in evidence.axes])
     # One draw of chance says little of one axis: it is no less than it usually is.
-    chance = np.maximum(
-        chance, np.median(chance[:, [a.kind == histograms.ERROR for a in evidence.axes]], axis=1)[:, None]
-    )
+    chance = np.maximum(chance, np.median(chance[:, kinds == histograms.ERROR], axis=1, keepdims=True))
     real, null, runs = (np.asarray(x.sum(axis=0)) for x in (one, others[0], usual))
     pairs = [n for n, axis in enumerate(evidence.axes) if axis.kind in PAIRS]
     own = (_together(validator, n, real, runs) - _together(validator, n, null, runs) for n in pairs)
-    kinds = np.array([axis.kind for axis in evidence.axes])
     counted = (kinds > histograms.ERROR) & (kinds < histograms.PHASE)
     apart = validator.ruler.by_axis(real, runs) - validator.ruler.by_axis(null, runs)
     return Changes(mean, varies, chance, np.where(counted, np.maximum(apart, 0), 0), max(0.0, *own) if pairs else 0.0)
@@ -241,12 +239,9 @@ def _scaled(a: Floats, b: Floats) -> Floats:
 
 
 def _cost(validator: Validator) -> Floats:
-    """(axes,) what an axis must explain more for having many cells or being a pair; infinite where none is counted."""
-    limit, costs = validator.evidence.config.where, []
-    for axis in validator.evidence.axes:
-        own = limit.per_doubling * max(np.log2(axis.size / 8), 0.0) + (0.0 if axis.single else limit.pair)
-        costs.append(own if axis.kind == histograms.ERROR else np.inf)
-    return np.array(costs)
+    """(axes,) what each axis must explain more, see :func:`axis_cost`; infinite where no errors are counted."""
+    axes, limit = validator.evidence.axes, validator.evidence.config.where
+    return np.array([axis_cost(axis, limit) if axis.kind == histograms.ERROR else np.inf for axis in axes])
 
 
 def _together(validator: Validator, axis: int, x: Counted, y: Counted) -> float:

@@ -55,7 +55,7 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
     uniform = max(depends.values(), default=0.0) < limit.uniform
     if uniform and (by_range := _as_the_spread(evidence, real, plain)) is not None:
         depends[by_range] = 1.0
-    first = sorted(errors, key=lambda n: _cost(evidence.axes[n], limit) - depends[n])
+    first = sorted(errors, key=lambda n: axis_cost(evidence.axes[n], limit) - depends[n])
     closes = learnable(evidence, ruler, effects, [*first[: limit.corrections], *pairs])
     bits = np.maximum(ruler.by_axis(real, plain) - ruler.by_axis(another, plain), 0)
     alone = max((bits[n] for n in errors), default=0.0)
@@ -144,7 +144,8 @@ def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any
     return np.maximum(joint - one - other, 0)
 
 
-def _cost(axis: Axis, limit: DepthWhere) -> float:
+def axis_cost(axis: Axis, limit: DepthWhere) -> float:
+    """What an axis must explain more, as a share of the gap, for having many cells or being a pair."""
     return limit.per_doubling * max(np.log2(axis.size / 8), 0.0) + (0.0 if axis.single else limit.pair)
 
 
