@@ -73,9 +73,10 @@ class Viewer:
         if session is not None:
             session.close()
 
-    def run(self) -> None:
-        """Serve until Ctrl-C."""
+    def run(self, greeting: str) -> None:
+        """Print a greeting, and serve until Ctrl-C, which may come as soon as the greeting is read."""
         try:
+            print(greeting, flush=True)
             threading.Event().wait()
         except KeyboardInterrupt:
             pass

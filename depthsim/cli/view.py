@@ -54,7 +54,6 @@ def view(
         viewer = Viewer(open_it, f"depthsim · {Path(what).name}", port, save_to)
     if viewer.error is not None:
         print(viewer.error, file=sys.stderr, flush=True)
-    print(f"{what} is shown at {viewer.url} (Ctrl-C ends it)", flush=True)
-    viewer.run()
+    viewer.run(f"{what} is shown at {viewer.url} (Ctrl-C ends it)")
     if viewer.error is not None:
         raise typer.Exit(2)

@@ -311,12 +311,23 @@ def test_a_report_that_lacks_something_is_reported_in_one_line(tmp_path: Path) -
             open_stage(folder)
 
 
+def test_ctrl_c_as_soon_as_the_address_is_read_ends_it_as_any_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read_and_pressed(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    viewer = Viewer(broken, "here", port=0, folder=tmp_path)
+    monkeypatch.setattr("builtins.print", read_and_pressed)
+    viewer.run("shown")
+
+
+def broken() -> Stage:
+    raise InputError("run", "", "is broken", "make it again")
+
+
 def test_the_page_is_for_this_machine_alone(tmp_path: Path) -> None:
     """Who listens everywhere is reached at 127.0.0.2 too."""
-
-    def broken() -> Stage:
-        raise InputError("run", "", "is broken", "make it again")
-
     viewer = Viewer(broken, "here", port=0, folder=tmp_path)
     try:
         port = int(viewer.url.rstrip("/").rpartition(":")[2])
