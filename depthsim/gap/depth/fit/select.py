@@ -20,7 +20,6 @@ from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.diagnosis import Nearest
 from depthsim.sensor.effect import effect_class
 
-
 _ASKED = 2
 """Times that an effect is asked: by itself, and beside what was found since."""
 
