@@ -115,7 +115,9 @@ def _leaves(
     """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
     limit, whole = validator.evidence.config.agreement, max(float(gap.whole[k]), 1e-12)
     most = limit.left_by_flexible if flexible else 1.0
-    along = limit.untouched if learned_of(effect) else most * limit.left_along
+    along = np.full(len(gap.varies[k]), most * limit.left_along)
+    if learned_of(effect):  # along its own axes as much is removed as other frames say for sure is there
+        along[[axis.name in effect.axes for axis in validator.evidence.axes]] = limit.untouched
     sure = gap.varies[k] > limit.sure * gap.chance[k]
     worth = np.where(sure, gap.varies[k], 0) / whole - _cost(validator)
     first = int(np.argmax(worth))
@@ -127,7 +129,7 @@ def _leaves(
     strong = worth >= limit.strong * worth[first] if alone else np.arange(len(worth)) == first
     for axis in np.flatnonzero(strong & sure & (gap.varies[k] > limit.uniform * whole)):
         share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
-        if share > (along if axis == first else limit.untouched):
+        if share > (along[axis] if axis == first else limit.untouched):
             return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, int(axis))}"
     return None
 
