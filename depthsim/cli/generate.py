@@ -116,6 +116,9 @@ def _camera(
 
     if choice is None and like is not None:
         camera = like.camera
+        if not camera.aligned and any(effect.id == "align_to_color" for effect in profile.effects):
+            # Its pictures are as large as they are: what was aligned without a word is so by the effect's parameters.
+            camera = camera.model_copy(update={"color": None})
     elif choice is None:
         camera = profile.camera or preset("d435")
     else:

@@ -23,7 +23,7 @@ from depthsim.scenefile import load_scene
 from depthsim.scenefile.save import save_scene
 from depthsim.sensor import Effect, Profile, Sensor, load_profile
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import to_depth_raw
+from depthsim.sensor.pipeline import storing, to_depth_raw
 from depthsim.sensor.sensor import Measurement
 from depthsim.trajectory import Trajectory, load_trajectory
 
@@ -81,7 +81,10 @@ def generate(
     out, materials, profile = Path(out), load_materials(materials), load_profile(profile)
     if profile.stereo is None and set(IR_STREAMS) & set(streams):
         raise InputError(profile.name, "", "is a sensor without infrared images", "give one of active stereo")
-    camera = load_camera(camera or profile.camera or "d435")
+    camera = storing(load_camera(camera or profile.camera or "d435"), profile.effects)
+    if camera.left.shape != camera.shape and set(IR_STREAMS) & set(streams):
+        fix = "leave out `ir`, or give both cameras one size"
+        raise InputError(camera.name, "", "is aligned to colour pictures of another size than the infrared ones", fix)
     scene = load_scene(scene, materials=materials)
     rate = None if isinstance(trajectory, Trajectory) else camera.rate
     path = load_trajectory(trajectory, scene, rate, frames)

@@ -93,6 +93,7 @@ def _fine(camera: Camera, samples: int, source: float) -> Camera:
         "cx": (camera.cx + 0.5) * samples - 0.5,
         "cy": (camera.cy + 0.5) * samples - 0.5,
         "baseline": source,
+        "color": None,
     }
     # Not checked, because the projector may be to the left; not copied, because a copy keeps the rays it has made.
     return Camera.model_construct(**keys)
