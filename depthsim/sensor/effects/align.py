@@ -13,6 +13,8 @@ from depthsim.sensor.frame import Frame
 from depthsim.sensor.view import View
 
 _f = np.float32
+_WIDEST = 0.1
+"""The least zoom that is one."""
 _ZERO, _ONE, _HALF = _f(0), _f(1), _f(0.5)
 
 
@@ -111,6 +113,11 @@ class AlignToColor(Effect):
         1.53, low=0, high=3, unit="1", neutral=0, about="focal length of the pictures over that of the left imager's",
         source="datasheet 337029: D435 at 640x480; 1.38 at 16:9, 0.95 of a D455", starts=(1.5, 0.95),
     )  # fmt: skip
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether nothing is aligned: no colour camera has so wide a lens."""
+        return self.zoom < _WIDEST
 
     def camera_of(self, camera: Camera) -> Camera:
         """The camera as an aligned one."""
