@@ -107,11 +107,13 @@ class AlignToColor(Effect):
 
     x: float = parameter(
         -0.015, low=-0.1, high=0.1, unit="m", about="where the colour camera is, along the left imager's x",
-        source="realsense-ros, realsense2_description: D415 and D435; 0.059 m of a D455", starts=(-0.015, 0.059),
+        source="realsense-ros, realsense2_description: D415 and D435; 0.059 m of a D455",
+        starts=(-0.015, 0.059), step=0.01,
     )  # fmt: skip
     zoom: float = parameter(
         1.53, low=0, high=3, unit="1", neutral=0, about="focal length of the pictures over that of the left imager's",
-        source="datasheet 337029: D435 at 640x480; 1.38 at 16:9, 0.95 of a D455", starts=(1.5, 0.95),
+        source="datasheet 337029: D435 at 640x480; 1.38 at 16:9, 0.95 of a D455",
+        starts=(1.55, 1.42, 0.96, 2.2), scale="linear", step=0.05,
     )  # fmt: skip
 
     @property
