@@ -170,7 +170,8 @@ class Camera(BaseModel):
 
         focal = PRESETS.get(self.name.lower(), PRESETS["d435"]).focal_length(self.width, self.height)
         cx, cy = (self.width - 1) / 2, (self.height - 1) / 2
-        return Intrinsics(width=self.width, height=self.height, fx=focal, fy=focal, cx=cx, cy=cy)
+        size = {"width": self.width, "height": self.height}
+        return Intrinsics.model_validate({**size, "fx": focal, "fy": focal, "cx": cx, "cy": cy})
 
     @cached_property
     def left_pose(self) -> NDArray[np.float64]:

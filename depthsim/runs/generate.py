@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from depthsim import __version__
 from depthsim.camera import Camera
+from depthsim.coloring import color_image
 from depthsim.errors import InputError
-from depthsim.intensity import intensity_image
 from depthsim.materials import Materials, load_materials
 from depthsim.parallel import core_count
 from depthsim.presets import load_camera
@@ -86,6 +86,8 @@ def generate(
         fix = "leave out `ir`, or give both cameras one size"
         raise InputError(camera.name, "", "is aligned to colour pictures of another size than the infrared ones", fix)
     scene = load_scene(scene, materials=materials)
+    if scene.look is not None and "rgb" not in streams and profile.stereo is None:
+        scene = replace(scene, look=None)  # so that textures need not be there
     rate = None if isinstance(trajectory, Trajectory) else camera.rate
     path = load_trajectory(trajectory, scene, rate, frames)
     record = _describe(scene, profile, materials, seed)
@@ -160,7 +162,7 @@ class FrameMaker:
             "depth": lambda: measured.depth_raw,
             "clean": lambda: to_depth_raw(measured.clean.depth, camera),
             "material": lambda: measured.clean.tag,
-            "rgb": lambda: intensity_image(measured.clean, camera, pose, scene, sensor.materials, threads=1),
+            "rgb": lambda: color_image(measured.clean, camera, pose, scene, sensor.materials, threads=1),
             "normal": lambda: measured.clean.normals(scene),
         }
         if measured.left is not None and measured.right is not None:

@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -99,6 +100,8 @@ def _scene(
 ) -> tuple[Scene, PlannedScene]:
     path = find_scene(entry.scene if entry.scene in builtin_scenes() else beside(file, entry.scene, place))
     scene = load_scene(path, tags=entry.tags, units=entry.units, up=entry.up, materials=materials)
+    if "rgb" not in sweep.streams:
+        scene = replace(scene, look=None)
     stem = re.sub(r"[^A-Za-z0-9_-]+", "_", Path(entry.scene).stem).strip("_") or "scene"
     folders[stem] += 1
     folder = f"scenes/{stem}" if folders[stem] == 1 else f"scenes/{stem}.{folders[stem]}"
