@@ -113,10 +113,11 @@ def _camera(
 ) -> "Camera":
     """The camera that is asked for, or the other run's, or the profile's, or the D435."""
     from depthsim.presets import preset, resolve_camera
+    from depthsim.sensor.pipeline import storing
 
     if choice is None and like is not None:
         camera = like.camera
-        if not camera.aligned and any(effect.id == "align_to_color" for effect in profile.effects):
+        if storing(camera, profile.effects) != camera:
             # Its pictures are as large as they are: what was aligned without a word is so by the effect's parameters.
             camera = camera.model_copy(update={"color": None})
     elif choice is None:
