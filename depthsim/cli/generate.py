@@ -125,7 +125,8 @@ def _camera(
     else:
         camera = resolve_camera(choice)
     if size is not None:
-        camera = preset(camera.name, *size)
+        known = preset(camera.name, *size)
+        camera = known.aligned_to_color() if camera.aligned else known
     return camera if rate is None else camera.model_copy(update={"rate": rate})
 
 

@@ -182,5 +182,6 @@ def _camera(profile: Profile, sweep: SweepFile, file: Path) -> Camera:
     if sweep.camera is not None:
         camera = resolve_camera(sweep.camera, file)
     if sweep.resolution is not None:
-        camera = preset(camera.name, *sweep.resolution)
+        known = preset(camera.name, *sweep.resolution)
+        camera = known.aligned_to_color() if camera.aligned else known
     return camera if sweep.rate is None else camera.model_copy(update={"rate": sweep.rate})
