@@ -198,3 +198,16 @@ def test_a_run_is_made_aligned_and_made_like(tmp_path: Path) -> None:
     assert again.camera == made.camera and (again.depth_raw(1) == made.depth_raw(1)).all()
     both = (made.depth(0) > 0) & ((clean := made.clean(0)) is not None) & (clean > 0)
     assert np.median(np.abs(made.depth(0) - clean)[both]) < 0.05
+
+
+def test_a_run_that_is_not_aligned_by_its_own_account_is_made_like_by_the_parameters(tmp_path: Path) -> None:
+    options = ["--camera", "d435", "--resolution", "160x90", "--frames", "1", "--only-depth"]
+    depthsim_here("generate", "office", *options, "--out", tmp_path / "a")
+    (tmp_path / "sensor.yaml").write_text("effects: [{align_to_color: {x: -0.015, zoom: 1.4}}]\n")
+    like = ["--like", tmp_path / "a", "--sensor", tmp_path / "sensor.yaml", "--only-depth"]
+    depthsim_here("generate", *like, "--out", tmp_path / "b")
+    made, again = Run.open(tmp_path / "a"), Run.open(tmp_path / "b")
+    # The pictures are as they were recorded: their focal length stays, and the left imager's is another one.
+    assert again.camera == made.camera.model_copy(update={"color": None})
+    one = Sensor("office", again.camera, [AlignToColor(zoom=1.4)]).measure(made.poses[0])
+    assert (again.depth_raw(0) == one.depth_raw).all()
