@@ -36,9 +36,10 @@ def cast_clean(caster: Caster, camera: Camera, pose: NDArray[np.float64]) -> Geo
         return caster.cast(camera, pose, right=True, threads=1)
     left = float(camera.left_pose[0, 3])
     met = caster.cast(_beside(camera, left + camera.baseline), pose, right=True, threads=1)
-    if met.right_sees is not None and abs(left) > 1e-6:
-        other = caster.cast(_beside(camera, left), pose, right=True, threads=1).right_sees
-        np.minimum(met.right_sees, other, out=met.right_sees)
+    if abs(left) > 1e-6:
+        other = caster.cast(_beside(camera, left), pose, right=True, threads=1)
+        assert met.right_sees is not None and other.right_sees is not None
+        np.minimum(met.right_sees, other.right_sees, out=met.right_sees)
     return met
 
 
