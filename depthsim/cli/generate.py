@@ -113,15 +113,20 @@ def _camera(
 ) -> "Camera":
     """The camera that is asked for, or the other run's, or the profile's, or the D435."""
     from depthsim.presets import preset, resolve_camera
+    from depthsim.sensor.pipeline import storing
 
     if choice is None and like is not None:
         camera = like.camera
+        if storing(camera, profile.effects) != camera:
+            # Its pictures are as large as they are: what was aligned without a word is so by the effect's parameters.
+            camera = camera.model_copy(update={"color": None})
     elif choice is None:
         camera = profile.camera or preset("d435")
     else:
         camera = resolve_camera(choice)
     if size is not None:
-        camera = preset(camera.name, *size)
+        known = preset(camera.name, *size)
+        camera = known.aligned_to_color() if camera.aligned else known
     return camera if rate is None else camera.model_copy(update={"rate": rate})
 
 

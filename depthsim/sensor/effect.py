@@ -12,6 +12,7 @@ from typing import ClassVar, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict
 
+from depthsim.camera import Camera
 from depthsim.registry import check_words, fault, load_own, load_package, with_ids
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.parameter import Setting, parameter, parameters_of
@@ -73,6 +74,8 @@ class Effect(BaseModel):
     """the order within a stage; effects of one rank act in the order of their ids"""
     needs_right: ClassVar[bool] = False
     """whether the effect asks what the right imager sees"""
+    moves_camera: ClassVar[bool] = False
+    """whether the effect bends the view as well as it changes the frame, at a stage after OPTICS"""
     law: ClassVar[str] = ""
     """what it is a law of, where a sensor has one such law: a fit tries it beside and in place of another one"""
     forms: ClassVar[tuple[Mapping[str, float], ...]] = ({},)
@@ -81,6 +84,10 @@ class Effect(BaseModel):
     """other values than the defaults, at which a single picture shows what it does"""
     seen_on: ClassVar[tuple[str, ...]] = ()
     """effects without which it does nothing, such as a noise that it changes"""
+
+    def camera_of(self, camera: Camera) -> Camera:
+        """The camera that took the pictures of ``camera``, where the effect is that it is another one."""
+        return camera
 
     def bend(self, view: View) -> None:
         """Change what the frame is cast with; for the stages POSE and OPTICS."""

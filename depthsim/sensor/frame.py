@@ -90,6 +90,10 @@ class Frame:
         self._draw_noise()
         return self._as_disparity()
 
+    def replace_depth(self, depth: NDArray[np.float32]) -> None:
+        """Put another picture in place of the depth; its size may be another one, for effects that act last."""
+        self._depth, self._disparity, self._is_disparity = depth, None, False
+
     @property
     def noise_variance(self) -> NDArray[np.float32]:
         """(height, width) float32: variance of the disparity's noise that is not drawn yet [px²], to be added to.

@@ -60,8 +60,9 @@ class Parameter:
     starts, scale: where a fit begins and how it varies the parameter, None for the usual (see :meth:`begin` and
     :attr:`scaled`). frozen: recordings hardly show it, so fits leave it as it is.
 
+    step: a change that matters, None for the usual.
     by_material: there is one value for each tag; what a profile leaves out is materials.yaml's value of this name,
-    where it has one. step: a change of such a value that matters; likely: the highest that a fit tries, where that is
+    where it has one; its step is always given. likely: the highest that a fit tries, where that is
     below the bound.
     drawn_as: a value of a sweep (``light.azimuth``) that this parameter shares with other parts of the sensor.
     """
@@ -76,7 +77,7 @@ class Parameter:
     neutral: float | None = None
     starts: Starts | None = None
     scale: Scale | None = None
-    step: float = 1.0
+    step: float | None = None
     frozen: bool = False
     whole: bool = False
     by_material: bool = False
@@ -121,12 +122,13 @@ def parameter(
     neutral: float | None = None,
     starts: Starts | None = None,
     scale: Scale | None = None,
+    step: float | None = None,
     frozen: bool = False,
     drawn_as: str | None = None,
 ) -> Any:
     """Declare a parameter of an effect, a number; see :class:`Parameter`. Fits vary it, unless it is ``frozen``."""
     declared = {"neutral": neutral, "starts": starts, "scale": scale, "frozen": frozen, "drawn_as": drawn_as}
-    extra: dict[str, Any] = {"unit": unit, "source": source, **declared}
+    extra: dict[str, Any] = {"unit": unit, "source": source, "step": step, **declared}
     return Field(default, ge=low, le=high, allow_inf_nan=False, description=about, json_schema_extra=extra)
 
 

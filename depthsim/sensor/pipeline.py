@@ -18,6 +18,7 @@ from depthsim.parallel import split
 from depthsim.raycast import Caster, Geometry
 from depthsim.scratch import Scratch
 from depthsim.sensor.effect import Effect, Stage, physical_order
+from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.view import View
@@ -55,7 +56,13 @@ def acting(effects: Sequence[Effect]) -> list[Effect]:
 
 def bending(effects: Sequence[Effect]) -> list[Effect]:
     """Those that move the camera or bend its rays, so that the frame has to be cast with them."""
-    return [effect for effect in effects if effect.stage <= Stage.OPTICS]
+    return [effect for effect in effects if effect.stage <= Stage.OPTICS or effect.moves_camera]
+
+
+def storing(camera: Camera, effects: Sequence[Effect]) -> Camera:
+    """The camera whose pictures are stored: that of the colour pictures where the depth is aligned to them."""
+    aligns = any(isinstance(effect, AlignToColor) for effect in effects)
+    return camera.aligned_to_color() if aligns and camera.color is not None else camera
 
 
 @dataclass(frozen=True)
@@ -76,23 +83,47 @@ class Exposure:
 
 @dataclass(frozen=True)
 class Pipeline:
-    """A camera in a scene. The effects that its methods take are ordered by :func:`acting`."""
+    """A camera in a scene. The effects that its methods take are ordered by :func:`acting`.
+
+    Where the pictures are aligned to colour, by the camera or by an effect, the left imager is cast and measured.
+    """
 
     caster: Caster
     camera: Camera
     materials: Materials
 
+    def all_of(self, effects: Sequence[Effect]) -> Sequence[Effect]:
+        """The effects, with the resampling that an aligned camera brings."""
+        if not self.camera.aligned or any(isinstance(effect, AlignToColor) for effect in effects):
+            return effects
+        return [*effects, AlignToColor()]
+
+    def measuring(self, effects: Sequence[Effect]) -> Camera:
+        """The camera that measures."""
+        camera = self.camera
+        for effect in effects:
+            camera = effect.camera_of(camera)
+        return camera.left
+
+    def place_of(self, effects: Sequence[Effect], pose: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(4, 4) the pose of the camera that measures, where that of the pictures is ``pose``."""
+        color = self.measuring(effects).color
+        aligns = any(isinstance(effect, AlignToColor) for effect in self.all_of(effects))
+        return pose @ np.linalg.inv(color.pose) if aligns and color is not None else pose
+
     def cast_bent(
         self, effects: Sequence[Effect], exposure: Exposure, *, right: bool, out: Geometry | None = None
     ) -> Geometry:
         """What the rays meet that :func:`bending` effects have bent. out: an earlier result, to be written over."""
-        e, camera = exposure, self.camera
+        effects = self.all_of(effects)
+        e, camera = exposure, self.measuring(effects)
         view = View(e.pose, camera.rays, camera, e.motion, e.seed, e.index, e.stamp, e.threads, e.scratch)
         for effect in bending(effects):
             effect.bend(view)
         # A batch of one, whether there is a pose a frame or a pose a row, so that the same memory fits both.
         poses = view.pose[None]
-        batch = None if out is None else out.reshaped((1, *camera.shape))
+        fits = out is not None and out.depth.size == camera.width * camera.height
+        batch = out.reshaped((1, *camera.shape)) if out is not None and fits else None
         met = self.caster.cast(camera, poses, right=right, rays=view.rays, threads=e.threads, out=batch)
         return met[0]
 
@@ -106,15 +137,25 @@ class Pipeline:
     ) -> NDArray[np.uint16]:
         """(height, width) the frame as the camera stores it, once the effects that bend no rays have acted.
 
-        geometry: what the rays met. depth: (height, width) float32 what the effects begin with [m], changed in place
-        into what is stored, before it was rounded. out: memory for the result.
+        As :meth:`measured`. out: memory for the result.
         """
-        e = exposure
+        depth = self.measured(effects, geometry, depth, exposure)
+        return to_depth_raw(depth, self.camera, exposure.threads, out)
+
+    def measured(
+        self, effects: Sequence[Effect], geometry: Geometry, depth: NDArray[np.float32], exposure: Exposure
+    ) -> NDArray[np.float32]:
+        """(height, width) float32 what is stored, before it is rounded [m].
+
+        geometry: what the rays met. depth: float32, of its size: what the effects begin with [m]. It is changed in
+        place and is the result, unless the pictures are aligned to colour.
+        """
+        effects, e = self.all_of(effects), exposure
         frame = Frame(
-            depth, geometry, self.camera, self.caster.scene, self.materials, e.motion, e.seed, e.index, e.stamp,
-            e.threads, e.scratch,
+            depth, geometry, self.measuring(effects), self.caster.scene, self.materials, e.motion, e.seed, e.index,
+            e.stamp, e.threads, e.scratch,
         )  # fmt: skip
         for effect in effects:
             if effect.stage > Stage.OPTICS:
                 effect.apply(frame)
-        return to_depth_raw(frame.depth, self.camera, e.threads, out)
+        return frame.depth

@@ -20,7 +20,7 @@ from depthsim.scenefile import load_scene
 from depthsim.scratch import Scratch
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import Exposure, Pipeline, acting, bending
+from depthsim.sensor.pipeline import Exposure, Pipeline, acting, bending, storing, to_depth_raw
 from depthsim.sensor.profile import Profile, load_profile
 from depthsim.stereo.stereo import Stereo
 
@@ -70,6 +70,7 @@ class Sensor:
     The order of the effects is the physical one (:func:`~depthsim.sensor.effect.physical_order`), whatever the order
     in which they were given. Effects at their neutral value are left out. A profile of active stereo renders and
     matches images in place of casting depth; its effects follow, and none of them may bend rays or move the camera.
+    With ``align_to_color``, or a camera that is aligned, the pictures and the poses are those of the colour camera.
     A tag that is not among the materials is an :class:`~depthsim.errors.InputError`; a parameter for a material that
     this scene does not have is not.
     """
@@ -82,16 +83,17 @@ class Sensor:
         materials: str | Path | Materials | None = None,
     ) -> None:
         self.materials, self.profile = load_materials(materials), load_profile(profile)
-        self.camera = load_camera(camera or self.profile.camera or "d435")
         self.effects = acting(self.profile.effects)
-        bent = bending(self.effects)
-        if bent and self.profile.stereo is not None:
-            raise InputError("sensor profile", bent[0].id, "cannot follow active_stereo", "leave that effect out")
+        self.camera = storing(load_camera(camera or self.profile.camera or "d435"), self.effects)
         self.caster = scene if isinstance(scene, Caster) else Caster(load_scene(scene, materials=self.materials))
         self._check_tags()
         self._pipeline = Pipeline(self.caster, self.camera, self.materials)
-        settings = self.profile.stereo
-        self._stereo = Stereo(self.caster, self.camera, settings, self.materials) if settings is not None else None
+        self.effects = list(self._pipeline.all_of(self.effects))
+        bent, settings = bending(self.effects), self.profile.stereo
+        if settings is not None and (wrong := [effect for effect in bent if not effect.moves_camera]):
+            raise InputError("sensor profile", wrong[0].id, "cannot follow active_stereo", "leave that effect out")
+        self._left = self._pipeline.measuring(self.effects)
+        self._stereo = Stereo(self.caster, self._left, settings, self.materials) if settings is not None else None
         self._bends, self._asks_right = bool(bent), any(effect.needs_right for effect in self.effects)
         self._own = threading.local()
 
@@ -138,9 +140,12 @@ class Sensor:
             given = met = cast()
         left = right_image = None
         if self._stereo is not None:
-            depth, left, right_image = self._stereo.measure(pose, seed, index, threads)
+            place = self._pipeline.place_of(self.effects, pose)
+            depth, left, right_image = self._stereo.measure(place, seed, index, threads)
         else:
-            depth = out.depth if out else np.empty(self.camera.shape, np.float32)
+            own = out.depth if out else np.empty(self.camera.shape, np.float32)
+            depth = own if self._left is self.camera else exposure.scratch.empty(self._left.shape)
             depth[:] = met.depth
-        stored = self._pipeline.apply(self.effects, met, depth, exposure, out.depth_raw if out else None)
+        depth = self._pipeline.measured(self.effects, met, depth, exposure)
+        stored = to_depth_raw(depth, self.camera, threads, out.depth_raw if out else None)
         return Measurement(stored, depth, given, left, right_image)

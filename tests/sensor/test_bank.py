@@ -31,7 +31,7 @@ WANTED = {
     "thermal_drift", "incidence_noise", "lateral_noise", "vignetting_noise", "motion_noise", "spatial_correlation",
     "temporal_correlation", "heavy_tails", "stereo_shadow", "incidence_dropout", "range_dropout", "material_dropout",
     "specular_dropout", "ambient_light", "min_range", "max_range", "invalid_band", "flying_pixels", "edge_fattening",
-    "spatial_filter", "pose_noise", "fixed_pattern",
+    "spatial_filter", "pose_noise", "fixed_pattern", "align_to_color",
 }
 # fmt: on
 """The ids that files and other programs rely on."""
@@ -98,7 +98,7 @@ def effects(draw: st.DrawFn) -> Effect:
 
 
 def test_every_effect_that_was_promised_is_there() -> None:
-    assert set(effect_ids()) >= WANTED and len(WANTED) == 33
+    assert set(effect_ids()) >= WANTED and len(WANTED) == 34
 
 
 @pytest.mark.parametrize("effect_id", effect_ids())
@@ -190,6 +190,7 @@ STRENGTHS: dict[str, tuple[str, list[float], Any]] = {
     "spatial_filter": ("alpha", [0.9, 0.6, 0.3], smoothness),
     "pose_noise": ("translation", [0.001, 0.01, 0.1], spread),
     "fixed_pattern": ("amplitude", [0.02, 0.1, 0.5], spread),
+    "align_to_color": ("x", [-0.015, -0.03, -0.06], holes),
 }
 """Of every effect, a parameter from weak to strong, and the statistic that it moves."""
 

@@ -30,6 +30,7 @@ from depthsim.materials import Materials
 from depthsim.runs.folder import Run
 from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.effects.fixed_pattern import FixedPattern
 from depthsim.sensor.effects.pose_noise import PoseNoise
 from depthsim.sensor.profile import Profile
@@ -93,6 +94,8 @@ def investigate(
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
     say("casting the scene")
     given, profile = load_evidence(run, scene, sensor, materials, threads, config)
+    if given.camera.aligned:  # as its simulations are, too
+        without = (*without, AlignToColor.id)
 
     # Is there a gap?
     say("measuring the gap")

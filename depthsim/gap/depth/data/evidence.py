@@ -17,7 +17,7 @@ from depthsim.gap.depth.data.axes import make_axes
 from depthsim.gap.depth.data.axis import Axis, frame_cells, layout
 from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
-from depthsim.gap.depth.data.frames import CleanFrame, select_frames
+from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, select_frames
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.regions import region_name, split_scene
@@ -210,7 +210,7 @@ class Evidence:
 
         def cast(index: int) -> tuple[Geometry, Covariates]:
             pose, stamp = self.run.poses[index], float(self.run.stamps[index])
-            met = self.caster.cast(self.camera, pose, right=True, threads=1)
+            met = cast_clean(self.caster, self.camera, pose)
             return met, covariates(met, pose, self.camera, self.scene, self.motion, stamp)
 
         looked = dict(zip(frames, self.each(cast, frames), strict=True))

@@ -33,7 +33,7 @@ class Replay:
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
         """(height, width) the frame as the sensor with ``effects``, as :func:`acting` orders them, stores it."""
-        scratch = Scratch.of_thread(self._own)
+        effects, scratch = self._pipeline.all_of(effects), Scratch.of_thread(self._own)
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch)
         met = self._bent(effects, exposure) if bending(effects) else frame.geometry
         depth = scratch.empty(met.depth.shape)

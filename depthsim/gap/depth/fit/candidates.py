@@ -172,7 +172,8 @@ def _free(kind: type[Effect], setting: Setting, config: DepthFit) -> tuple[Free,
             continue
         if one.by_material:
             high = one.high if one.likely is None else one.likely
-            found += [Free((one.name, tag), one.low, high, False, one.step) for tag in setting.tags]
+            step = _step(one, setting, config)
+            found += [Free((one.name, tag), one.low, high, False, step) for tag in setting.tags]
         elif one.scaled == "log":
             found.append(Free(one.name, max(one.low, 1e-6 * max(one.default, 1e-3)), one.high, True, 1.0))
         else:
@@ -182,6 +183,8 @@ def _free(kind: type[Effect], setting: Setting, config: DepthFit) -> tuple[Free,
 
 def _step(one: Parameter, setting: Setting, config: DepthFit) -> float:
     """A change of a parameter that matters, where it is not a part of its value."""
+    if one.step is not None:
+        return one.step
     if one.whole:
         return 1.0
     if one.scaled == "range":
