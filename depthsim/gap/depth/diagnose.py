@@ -186,11 +186,17 @@ def _which(validator: Validator, without: Sequence[str], errors: PoseErrors | No
 
 
 def _matter(recorded: Validator, registered: Validator, selection: Selection) -> bool:
-    """Whether the poses' errors make more of a gap, beside the other causes, than a faint one."""
-    model, runs = selection.model, registered.config.runs
-    with_errors = recorded.quick(model.build(recorded.evidence.base), runs)
-    score = registered.score(model.build(registered.evidence.base))
-    return with_errors - score.gap > registered.config.faint * score.floor
+    """Whether the poses' errors make more of a gap, beside the other causes, than a faint one, and surely or much."""
+    model, runs, start = selection.model, registered.config.runs, (recorded, recorded.evidence.base)
+    with_errors = model.build(recorded.evidence.base)
+    right = model.build(registered.evidence.base)
+    score = registered.score(right)
+    closed = recorded.quick(with_errors, runs) - score.gap
+    if closed <= registered.config.faint * score.floor:
+        return False
+    share = closed / max(recorded.score(start[1]).gap - score.floor, 1e-12)
+    much = registered.evidence.config.select.further
+    return share >= much or share > closed_error(start, (recorded, with_errors), (registered, right))
 
 
 def _how_far(recorded: Validator, validator: Validator, selection: Selection, before: Score) -> tuple[Score, Gap]:
