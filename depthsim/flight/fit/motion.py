@@ -140,7 +140,10 @@ def _interpolate(t: Floats, stamps: Floats, values: Floats) -> Floats:
 
 
 def _airborne(log: FlightLog, rate: float) -> slice:
-    """From where the vehicle has left its first place until it comes to its last; a hover is in the air throughout."""
+    """From where the vehicle has left its first place until it comes to its last; a hover is in the air throughout.
+
+    A hover that wanders comes back to its first place: what is near that is on the ground only if the flight is higher.
+    """
     margin = round(_MARGIN * rate)
     place = log.position
     if place is None:
@@ -149,4 +152,8 @@ def _airborne(log: FlightLog, rate: float) -> slice:
     away = np.linalg.norm(place - place[-1], axis=1) > _AWAY
     if not (left.any() and away.any()):
         return slice(margin, len(log) - margin)
-    return slice(int(np.argmax(left)) + margin, len(log) - int(np.argmax(away[::-1])) - margin)
+    begin, end = int(np.argmax(left)) + margin, len(log) - int(np.argmax(away[::-1])) - margin
+    rises = float(np.median(place[:, 2]) - min(place[0, 2], place[-1, 2])) > _AWAY
+    if 2 * (end - begin) < len(log) and not rises:
+        return slice(margin, len(log) - margin)
+    return slice(begin, end)
