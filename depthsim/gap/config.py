@@ -237,14 +237,15 @@ class FlightSelect(Section):
     uneven_rotors: float = _value(
         0.25, "how far the force may speak of other uneven rotors than the logged thrusts, over what these differ by"
     )
-    lasting_motion: float = _value(
-        0.75, "of what is learned in time: so much on acceleration, angular rate or thrust, and it is no gust"
+    lasting: float = _value(
+        0.85, "of what is learned in time: with so much on an axis that lasts, what varies is no wind"
     )
-    lasting: float = _value(0.5, "the same on any other axis that lasts")
-    candidate: float = _value(0.85, "of what gusts close: a candidate that closes so much is taken, and no gusts")
     like_wind: float = _value(0.6, "of what a free force in time closes: a wind closes so much, or it is none")
     velocities_show: float = _value(9.0, "of the loss: velocities that are noisier say nothing of gusts")
-    gusts_share: float = _value(0.05, "of what is closed with gusts: candidates alone must leave this much more")
+    gusts_share: float = _value(
+        0.05, "of what is closed with a wind in time: candidates alone must leave this much more"
+    )
+    varying_share: float = _value(0.005, "the same where a constant wind is among these candidates")
 
 
 class FlightSignificance(Section):

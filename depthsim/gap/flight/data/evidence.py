@@ -12,7 +12,7 @@ from depthsim.flight.table import Floats
 from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight.data.noise import noise_levels
 from depthsim.gap.flight.data.records import ACCELEROMETER, VELOCITIES, Records
-from depthsim.gap.flight.data.simulate import Model, Settings
+from depthsim.gap.flight.data.simulate import Course, Model, Settings
 from depthsim.gap.flight.effect import Candidate
 from depthsim.gap.resampling import contiguous
 
@@ -68,6 +68,11 @@ class Problem:
         for candidate, numbers in zip(candidates, values, strict=True):
             s = candidate.apply(s, numbers)
         return s
+
+    def steady_course(self, wind: Sequence[float]) -> Course:
+        """A wind (2,) that is the same all along."""
+        spans = {part.file: np.array(part.span) for part in self.records.parts}
+        return tuple((spans[file], np.tile(wind, (2, 1))) for file in sorted(spans))
 
     def predict(self, s: Settings) -> Floats:
         """(n, C, A)."""
