@@ -36,7 +36,9 @@ class ThrustScale(FlightEffect):
         return [
             Candidate(cls.id, "scale", (scale,), _scale),
             Candidate(cls.id, "offset", (offset,), lambda s, v: replace(s, offset=v[0])),
-            Candidate(cls.id, "scale and offset", (scale, offset), lambda s, v: replace(_scale(s, v), offset=v[1])),
+            Candidate(
+                cls.id, "scale and offset", (scale, offset), lambda s, v: replace(_scale(s, v), offset=v[1]), linear=False
+            ),
             Candidate(cls.id, "fading", (scale, loss), fading),
         ]
 

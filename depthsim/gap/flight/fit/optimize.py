@@ -82,10 +82,16 @@ class Fit:
         matrix, vector, prior, pull = self.normal
         folds = self.problem.folds
         out = np.zeros((folds.max() + 1, len(prior)))
+        room = self.room
         for fold in range(len(out)):
             kept = folds != fold
-            out[fold] = _solve(matrix[kept].sum(axis=0) + np.diag(prior), vector[kept].sum(axis=0) + pull)
+            out[fold] = _solve(matrix[kept].sum(axis=0) + np.diag(prior), vector[kept].sum(axis=0) + pull, room)
         return out
+
+    @property
+    def room(self) -> tuple[Floats, Floats]:
+        """(P,) how far each parameter may go down and up; tilts anywhere."""
+        return _room(self.candidates, self.values, len(self.tilts))
 
     @cached_property
     def squares(self) -> Floats:
@@ -165,7 +171,7 @@ def _iterate(
         residual = problem.measured - predicted - problem.tilts @ tilts
         loss = _whole_loss(problem, residual, tilts)
         if best is not None and not loss <= least:
-            if linear or np.abs(step).max() == 0:
+            if loss - least < _CONVERGED * least or np.abs(step).max() == 0:
                 break
             step = _SHORTER * step
             values, tilts = _moved(candidates, best.values, step[len(tilts) :]), best.tilts + step[: len(tilts)]
@@ -179,7 +185,7 @@ def _iterate(
         if not columns.shape[-1] or (linear and turns == 2) or turns == _ROUNDS or (converged and not linear):
             break
         matrix, vector, prior, pull = best.normal
-        step = _solve(matrix.sum(axis=0) + np.diag(prior), vector.sum(axis=0) + pull)
+        step = _solve(matrix.sum(axis=0) + np.diag(prior), vector.sum(axis=0) + pull, best.room)
         values, tilts = _moved(candidates, values, step[len(tilts) :]), tilts + step[: len(tilts)]
     assert best is not None
     return best
@@ -215,8 +221,27 @@ def _moved(candidates: tuple[Candidate, ...], values: Values, step: Floats) -> V
     return tuple(found)
 
 
-def _solve(matrix: Floats, vector: Floats) -> Floats:
-    """Least squares; what the data do not determine stays as it is."""
+def _room(candidates: Sequence[Candidate], values: Values, tilts: int) -> tuple[Floats, Floats]:
+    bounds = [(one.low, one.high) for candidate in candidates for one in candidate.parameters]
+    low, high = np.array(bounds).reshape(-1, 2).T
+    now = np.array([value for numbers in values for value in numbers])
+    free = np.full(tilts, np.inf)
+    return np.concatenate([-free, np.minimum(low - now, 0)]), np.concatenate([free, np.maximum(high - now, 0)])
+
+
+def _solve(matrix: Floats, vector: Floats, room: tuple[Floats, Floats]) -> Floats:
+    """Least squares within bounds (P,) each; what the data do not determine stays as it is."""
     scale = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
-    inverse = np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-9, hermitian=True)
-    return np.asarray(inverse @ (vector / scale) / scale)
+    powers, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    known = powers > 1e-9 * max(powers.max(initial=0.0), 1e-300)
+    root, turned = np.sqrt(powers[known]), vectors[:, known]
+    target = (turned.T @ (vector / scale)) / root
+    step = turned @ (target / root)
+    low, high = (np.asarray(end * scale) for end in room)
+    if (step < low).any() or (step > high).any():
+        from scipy.optimize import lsq_linear
+
+        gap = 1e-9 * (1 + np.abs(step))  # lsq_linear wants some room everywhere
+        step = lsq_linear(root[:, None] * turned.T, target, (low - gap, high + gap), method="bvls").x
+        step = np.clip(step, low, high)
+    return np.asarray(step / scale)
