@@ -35,7 +35,7 @@ class ConstantWind(FlightEffect):
         def sheared(s: Settings, v: Values) -> Settings:
             return replace(_wind(s, v), shear=(middle, v[2]))
 
-        exponent = Parameter("exponent", "", 1 / 7, 0.05, 0.0, 1.0, shape=True)
+        exponent = Parameter("exponent", "", 1 / 7, 0.05, 0.0, 1.0, shape=True, neutral=0.0, spare=True)
         return [*found, Candidate(cls.id, "growing with height", (*level, exponent), sheared, linear=False)]
 
     @classmethod

@@ -11,6 +11,7 @@ from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.effect import Candidate
 from depthsim.gap.flight.effects.wind import GustingWind
 from depthsim.gap.flight.fit.advice import advice
+from depthsim.gap.flight.fit.intervals import intervals
 from depthsim.gap.flight.fit.optimize import Fit, refitted
 from depthsim.gap.flight.fit.select import Selection, without
 from depthsim.gap.resampling import block_weights, percentile95
@@ -23,7 +24,7 @@ def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -
     weights = block_weights(len(problem.counts), seed=seed)
     rms = [_rms(problem, squares) for _, squares in ladder]
     draws = [_rms(problem, squares, weights) for _, squares in ladder]
-    found = []
+    found, spans = [], intervals(fit, seed)
     for step, (index, _) in enumerate(ladder[1:], start=1):
         closed = float(_portion(rms, step, floor))
         interval = _pair(percentile95(_portion(draws, step, floor)))
@@ -32,10 +33,9 @@ def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -
             continue
         candidate, values = fit.candidates[index], fit.values[index]
         alternatives = tuple(selection.alternatives[index]) if selection.alternatives else ()
-        errors = fit.errors[index]
+        ends = spans[index]
         parameters = {"formula": candidate.name, **_named(candidate, values, problem)}
-        low = _named(candidate, [value - 2.0 * error for value, error in zip(values, errors, strict=True)], problem)
-        high = _named(candidate, [value + 2.0 * error for value, error in zip(values, errors, strict=True)], problem)
+        low, high = (_named(candidate, one.tolist(), problem) for one in ends)
         found.append(
             Cause(
                 effect=candidate.effect,

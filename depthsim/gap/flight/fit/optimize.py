@@ -113,21 +113,28 @@ class Fit:
         loss = np.einsum("bca,ca->b", self.squares, self.problem.weights)
         return np.asarray(loss + (self.tilts**2).sum() / _TILT**2 / len(loss))
 
-    @cached_property
-    def errors(self) -> list[Floats]:
-        """Standard errors of each formula's values, from the scatter between blocks."""
-        matrix, vector, prior, _ = self.normal
-        total = matrix.sum(axis=0) + np.diag(prior)
-        inverse = np.linalg.pinv(total, rcond=1e-12, hermitian=True)
-        scatter = np.cov(vector.T, bias=True) * len(vector) if vector.shape[1] else np.zeros((0, 0))
-        free = max(len(vector) - vector.shape[1], 1)
-        covariance = inverse @ np.atleast_2d(scatter) @ inverse * len(vector) / free
-        errors = np.sqrt(np.maximum(np.diagonal(covariance), 0))
-        found, at = [], len(self.tilts)
-        for numbers in self.values:
-            found.append(errors[at : at + len(numbers)])
-            at += len(numbers)
-        return found
+    def draws(self, weights: Floats) -> Floats:
+        """(D, P) how the parameters change when blocks are drawn anew, within their bounds. weights: (D, B).
+
+        Of few blocks the draws scatter too little: they are as wide as Student's t for as many has it.
+        """
+        from scipy.special import stdtrit
+
+        matrix, vector, prior, pull = self.normal
+        free = max(len(vector) - vector.shape[1], 2)
+        wider = float(stdtrit(free, 0.975)) / 1.96 * np.sqrt(len(vector) / free)
+        left = vector.sum(axis=0) + pull
+        room = self.room
+        found = [
+            _solve(np.tensordot(one, matrix, 1) + np.diag(prior), wider * (one @ vector + pull - left) + left, room)
+            for one in weights
+        ]
+        return np.stack(found)
+
+    def parts(self, columns: Floats) -> list[Floats]:
+        """The columns (..., P) of each candidate."""
+        ends = len(self.tilts) + np.cumsum([0, *(len(numbers) for numbers in self.values)])
+        return [columns[..., low:high] for low, high in pairwise(ends.tolist())]
 
     def rms(self, squares: Floats | None = None, weights: Floats | None = None) -> float:
         """The gap: RMS of the first channel over all axes [m/s²], held out. weights: (B,) of the blocks."""

@@ -8,14 +8,13 @@ with a course in time is no candidate, as it cannot be predicted from one stretc
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from depthsim.flight.table import Floats
 from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.effect import Candidate, family_of
 from depthsim.gap.flight.effects.rotors import EACH, UNEVEN, RotorThrustDifference, logged_shares
 from depthsim.gap.flight.effects.wind import ConstantWind
+from depthsim.gap.flight.fit.intervals import intervals
 from depthsim.gap.flight.fit.optimize import Fit, empty_fit, extended, refitted
 from depthsim.gap.flight.fit.series import Series
 from depthsim.gap.flight.fit.wind import Windy, is_wind, with_wind
@@ -53,6 +52,7 @@ def select(
         fit, bank = windy.fit, _windless(bank)
     say("alternatives")
     fit, alternatives = _exchanged(fit, bank, start)
+    fit = _plainer(fit)
     return Selection(start, fit, windy.series if windy else None, alternatives)
 
 
@@ -118,11 +118,11 @@ def _windless(bank: Sequence[Candidate]) -> list[Candidate]:
 def significant(gains: Floats, config: FlightConfig) -> bool:
     """Whether gains of the held-out loss by block (B,) are more than chance.
 
-    Either most blocks have their part in it, or it is large even without the two blocks that gain most: an effect such
-    as the ground's is there for moments only.
+    Either most blocks have their part in it, or it is large even without the block that gains most: an effect such as
+    the ground's is there for moments only.
     """
     least, total = config.significance.least_gain, float(gains.sum())
-    most = float(np.sort(gains)[-2:].sum())
+    most = float(gains.max(initial=0.0))
     sure = paired(gains, 0 * gains).t > config.significance.least_t
     return total > least and (sure or total - most > 3 * least)
 
@@ -204,6 +204,28 @@ def _exchanged(fit: Fit, bank: Sequence[Candidate], start: Fit) -> tuple[Fit, tu
             break
         fit = _pruned(refitted(fit.problem, better.candidates, better.values), start)
     return fit, tuple(found)
+
+
+def _plainer(fit: Fit) -> Fit:
+    """Without the parameters that the logs do not speak for: they stay where they change nothing."""
+    for index in range(len(fit.candidates)):
+        place = 0
+        while place < len(fit.candidates[index].parameters) and len(fit.candidates[index].parameters) > 1:
+            candidate = fit.candidates[index]
+            one = candidate.parameters[place]
+            low, high = intervals(fit)[index][:, place]
+            if one.spare and low <= one.nothing <= high:
+                values = (*fit.values[index][:place], *fit.values[index][place + 1 :])
+                fewer = refitted(
+                    fit.problem,
+                    (*fit.candidates[:index], candidate.holding(place), *fit.candidates[index + 1 :]),
+                    (*fit.values[:index], values, *fit.values[index + 1 :]),
+                )
+                if fewer.loss.sum() - fit.loss.sum() < fit.problem.config.select.tie_gain:
+                    fit = fewer
+                    continue
+            place += 1
+    return fit
 
 
 def _explains_commands(fit: Fit, index: int = -1) -> bool:

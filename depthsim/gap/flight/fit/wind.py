@@ -18,6 +18,8 @@ from depthsim.gap.flight.fit.series import Series, wind_series
 from depthsim.gap.flight.where.correction import learn, learn_time
 
 _ROUNDS = 2
+_OF_WIND = ("place",)
+"""A wind may change from place to place as well."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ def is_wind(steady: Fit, windy: Windy) -> bool:
     state = state_of(problem, steady.settings)
     force = float((series.predicted[:, 0] ** 2).sum(axis=1).mean() ** 0.5)
     for axis in axes_of(state, problem.config):
-        if axis.reach(state) < force:
+        if axis.name in _OF_WIND or axis.reach(state) < force:
             continue
         if learn(problem, residual, axis, state, problem.sigma[0]).gains.sum() > limit.lasting * whole:
             return False

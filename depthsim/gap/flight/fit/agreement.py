@@ -1,22 +1,23 @@
 """Whether what was found is what happened, or only the nearest name in the bank."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from depthsim.flight.constants import GRAVITY
 from depthsim.flight.table import Floats
 from depthsim.gap.flight.effect import family_of, flight_effect
-from depthsim.gap.flight.findings import Findings, learn_all
-from depthsim.gap.flight.fit.optimize import empty_fit, refitted
+from depthsim.gap.flight.findings import Findings, learn_all, power
+from depthsim.gap.flight.fit.intervals import unidentified
+from depthsim.gap.flight.fit.optimize import Fit, empty_fit, refitted
 from depthsim.gap.flight.fit.select import Selection, significant, without
 from depthsim.gap.flight.where.correction import Learned
 
 
-def sound(found: Findings, again: bool = False) -> tuple[int, ...]:
-    """The candidates that are what happened, not only nearest to it in the bank.
+def objections(found: Findings, trusted: Collection[str] = ()) -> dict[int, str]:
+    """Why causes are none, by their number among the candidates; empty where all act where the gap lies.
 
-    again: for those that were sound beside others which were not: what these leave behind does not speak against them,
+    trusted: effects that were sound beside others which were not: what these leave behind does not speak against them,
     unless it is as large as they are.
 
     A wrong name closes much of a gap, and leaves what can be learned on the axes on which its own force lies. A
@@ -24,24 +25,72 @@ def sound(found: Findings, again: bool = False) -> tuple[int, ...]:
     of the accelerometer is none where velocities show the same force.
     """
     fit, limit_of = found.selection.fit, found.problem.config.significance
-    signals = [without(fit, index).held_out[:, 0] - fit.held_out[:, 0] for index in range(len(fit.candidates))]
+    fewer = [without(fit, index) for index in range(len(fit.candidates))]
+    signals = [one.held_out[:, 0] - fit.held_out[:, 0] for one in fewer]
     powers = [float((signal**2).sum()) for signal in signals]
     limits = [
-        limit_of.nearest_beside if again else flight_effect(effect).most_left or limit_of.nearest
+        limit_of.nearest_beside if effect in trusted else flight_effect(effect).most_left or limit_of.nearest
         for effect in fit.effects
     ]
     lefts = [_left(found, signal, limit) for signal, limit in zip(signals, limits, strict=True)]
-    for index, (candidate, values) in enumerate(zip(fit.candidates, fit.values, strict=True)):
-        lefts[index] = np.inf if candidate.at_bound(values) else lefts[index]
-    largest = max(
-        (power for power, left, limit in zip(powers, lefts, limits, strict=True) if left <= limit), default=0.0
-    )
-    kept = []
-    for index, (signal, power, left, limit) in enumerate(zip(signals, powers, lefts, limits, strict=True)):
-        small = left <= limit or left * power <= limit * largest
-        if small and not _against_velocities(found, signal, sensor=family_of(fit.effects[index]) == "sensor"):
-            kept.append(index)
-    return tuple(kept)
+    bounded = [one.at_bound(values) for one, values in zip(fit.candidates, fit.values, strict=True)]
+    sound = [left <= limit and not end for left, limit, end in zip(lefts, limits, bounded, strict=True)]
+    largest = max((power for power, good in zip(powers, sound, strict=True) if good), default=0.0)
+    nothing = unidentified(fit)
+    wrong = {}
+    for index, effect in enumerate(fit.effects):
+        left, limit, power = lefts[index], limits[index], powers[index]
+        if nothing[index]:
+            wrong[index] = "is as well not there, by the intervals of all its parameters"
+        elif bounded[index]:
+            wrong[index] = "its fit ends at a bound of what is physical"
+        elif left > limit and left * power > limit * largest:
+            share = f" {left:.0%} of what it closes" if left < 1 else " more than it closes"
+            wrong[index] = f"leaves{share} on the axes on which it acts"
+        elif _against_velocities(found, signals[index], sensor=family_of(effect) == "sensor"):
+            shown = "show the same force" if family_of(effect) == "sensor" else "do not show its force"
+            wrong[index] = f"velocities {shown}"
+        elif why := _elsewhere(found, effect, fewer[index], alone=len(fit.candidates) == 1):
+            wrong[index] = why
+    return wrong
+
+
+def blows(found: Findings) -> bool:
+    """Whether a wind in time leaves little that could be learned, as what varies so freely must."""
+    whole = power(found.before, found.noise)
+    most = max((one.closed for one in found.left if significant(one.gains, found.problem.config)), default=0.0)
+    return most * power(found.after, found.noise) <= found.problem.config.significance.left_by_wind * whole
+
+
+def _elsewhere(found: Findings, effect: str, before: Fit, *, alone: bool) -> str | None:
+    """Why an effect does not act where the gap lies that all other causes leave; None if it does.
+
+    The gap must lie on one of its axes, about as much as on any, and it must take most of that away.
+    """
+    limit = found.problem.config.significance
+    residual = before.held_out[:, 0]
+    whole = power(residual, found.noise)
+    if alone and found.selection.gusts is None:
+        learned = list(found.learned)
+    else:
+        learned = learn_all(found.problem, residual, before.settings, found.noise)
+    there = [one for one in learned if significant(one.gains, found.problem.config)]
+    if not there or power(found.after, found.noise) < limit.left_of_all * whole:
+        return None
+    most = max(one.closed for one in there)
+    own = [one for one in there if one.axis in flight_effect(effect).axes and one.closed > limit.also * most]
+    if not own:
+        acts, lies = _axis_words(flight_effect(effect).axes), _axis_words([there[0].axis])
+        return f"acts along {acts}, and the gap lies along {lies}"
+    first = max(own, key=lambda one: one.closed)
+    left = next((one for one in found.left if one.axis == first.axis), None)
+    share = left.closed * power(found.after, found.noise) / (first.closed * whole) if left is not None else 0.0
+    return f"leaves {share:.0%} of what changes along {_axis_words([first.axis])}" if share > limit.left_along else None
+
+
+def _axis_words(axes: Sequence[str]) -> str:
+    names = [axis.replace("_", " ") if axis != "axis" else "the body's axes" for axis in axes]
+    return " or ".join(names)
 
 
 def _left(found: Findings, signal: Floats, limit: float) -> float:

@@ -1,0 +1,30 @@
+"""What the logs say of each parameter: its interval, within its bounds, and whether they say anything."""
+
+import numpy as np
+
+from depthsim.flight.table import Floats
+from depthsim.gap.flight.fit.optimize import Fit
+from depthsim.gap.resampling import block_weights
+
+_DRAWS = 400
+
+
+def intervals(fit: Fit, seed: int = 0) -> list[Floats]:
+    """(2, parameters) of each candidate: low and high ends of the 95 % intervals.
+
+    By drawing blocks of time anew, each time with all parameters together and none beyond its bounds.
+    """
+    draws = fit.draws(block_weights(len(fit.problem.counts), _DRAWS, seed))
+    return [
+        np.percentile(np.array(values) + part, [2.5, 97.5], axis=0)
+        for values, part in zip(fit.values, fit.parts(draws), strict=True)
+    ]
+
+
+def unidentified(fit: Fit, seed: int = 0) -> tuple[bool, ...]:
+    """Of each candidate whether every parameter may as well be where it changes nothing."""
+    found = []
+    for candidate, (low, high) in zip(fit.candidates, intervals(fit, seed), strict=True):
+        nothing = np.array([one.nothing for one in candidate.parameters])
+        found.append(bool(((low <= nothing) & (nothing <= high)).all()))
+    return tuple(found)
