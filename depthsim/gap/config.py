@@ -243,6 +243,7 @@ class FlightSelect(Section):
     lasting: float = _value(
         0.85, "of what is learned in time: with so much on an axis that lasts, what varies is no wind"
     )
+    lasting_by_found: float = _value(0.5, "the same where the vehicle has no drag of its own that carries a wind")
     like_wind: float = _value(0.6, "of what a free force in time closes: a wind closes so much, or it is none")
     velocities_show: float = _value(9.0, "of the loss: velocities that are noisier say nothing of gusts")
     gusts_share: float = _value(

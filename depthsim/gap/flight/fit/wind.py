@@ -64,11 +64,13 @@ def is_wind(steady: Fit, windy: Windy) -> bool:
     if closed < limit.like_wind * whole:
         return False
     state = state_of(problem, steady.settings)
+    # A drag that was found for the wind to act by may be a wrong one, whose misfit the wind then takes up.
+    lasting = limit.lasting if problem.base.laws else limit.lasting_by_found
     force = float((series.predicted[:, 0] ** 2).sum(axis=1).mean() ** 0.5)
     for axis in axes_of(state, problem.config):
         if axis.name in _OF_WIND or axis.reach(state) < force:
             continue
-        if learn(problem, residual, axis, state, problem.sigma[0]).gains.sum() > limit.lasting * whole:
+        if learn(problem, residual, axis, state, problem.sigma[0]).gains.sum() > lasting * whole:
             return False
     return True
 
