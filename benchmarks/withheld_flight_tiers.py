@@ -106,18 +106,18 @@ def _known(rng: np.random.Generator, k: float) -> tuple[tuple[str, str, Truth, d
     """Effects by formulas whose parameters the report has too: name, path, truth, and its parameters by name."""
     w, bias, tilt = rng.uniform(-3, 3, 2) * k, rng.uniform(-0.2, 0.2, 3) * k, rng.uniform(-0.02, 0.02, 3) * k
     turn = (float(tilt[0]), float(tilt[1]), float(tilt[2]))
+    lag, ends = 0.05 + 0.03 * k, [-one for one in turn]  # the truth turns the force, the report the sensor
     return (
         ("constant_wind", "lemniscate", Truth(wind=np.array([[*w, 0.0]] * 2)), {"x": [w[0]], "y": [w[1]]}),
         ("vertical_damping", "shuttle", Truth({"climb": 0.4 * k}), {"D_z": [0.4 * k]}),
         ("body_drag_quadratic", "lemniscate", Truth({"quad_all": 0.02 * k}), {"A": [0.02 * k / HALF_RHO]}),
         ("mass", "lemniscate", Truth({"mass": MASS * (1 + 0.05 * k)}), {"mass": [MASS * (1 + 0.05 * k)]}),
         ("thrust_scale", "hops", Truth(rotors=(1 + 0.04 * k,) * 4), {"scale": [1 + 0.04 * k]}),
-        ("thrust_lag", "hops", Truth({"lag": 0.05 + 0.03 * k}, logs_command=True), {"time_constant": [0.05 + 0.03 * k]}),
+        ("thrust_lag", "hops", Truth({"lag": lag}, logs_command=True), {"time_constant": [lag]}),
         ("ground_effect", "hops", Truth({"ground_exp": 0.15 * k, "ground_height": 0.25}),
          {"strength": [0.15 * k], "height": [0.25]}),
         ("imu_bias", "circle", Truth(bias=(float(bias[0]), float(bias[1]), float(bias[2]))), {"bias": bias.tolist()}),
-        # The truth turns the force; the report says how the sensor is turned.
-        ("imu_misalignment", "lemniscate", Truth(tilt=turn), {axis: [-one] for axis, one in zip("xyz", turn)}),
+        ("imu_misalignment", "lemniscate", Truth(tilt=turn), {"x": ends[:1], "y": ends[1:2], "z": ends[2:]}),
         ("log_time_offset", "hops", Truth(late={"imu": 0.03 * k}), {"seconds": [0.03 * k]}),
     )  # fmt: skip
 

@@ -272,6 +272,7 @@ class FlightSignificance(Section):
         0.15, "of a gap's power: more that can be learned beside a wind in time, and it is none"
     )
     also: float = _value(0.8, "a force lies on every axis on which so much of it is learned, relative to the best")
+    also_in_time: float = _value(0.6, "of what is learned in time, that counts for this")
     least_tilt: float = _value(0.01, "[rad] tilts below this are the attitude's own error")
     least_upward: float = _value(0.03, "[m/s²] upwards a tilt hardly matters")
     sensor_shared: float = _value(0.25, "of a sensor's error, what velocities may show at most")

@@ -15,6 +15,8 @@ CUTOFF = 4.0
 _ORDER = 2
 _AWAY = 0.25
 """[m] from where a log begins or ends; until then the vehicle may stand on the ground."""
+_HOVER = 1.0
+"""[m] from its first place, on average: what stays nearer keeps its place."""
 _MARGIN = 1.0
 """[s] cut off on each side of the flight: the ground's effect, and the ends of the low-pass."""
 _LONGEST_GAP = 0.5
@@ -152,8 +154,7 @@ def _airborne(log: FlightLog, rate: float) -> slice:
     away = np.linalg.norm(place - place[-1], axis=1) > _AWAY
     if not (left.any() and away.any()):
         return slice(margin, len(log) - margin)
-    begin, end = int(np.argmax(left)) + margin, len(log) - int(np.argmax(away[::-1])) - margin
     rises = float(np.median(place[:, 2]) - min(place[0, 2], place[-1, 2])) > _AWAY
-    if 2 * (end - begin) < len(log) and not rises:
+    if not rises and float(np.median(np.linalg.norm(place - place[0], axis=1))) < _HOVER:
         return slice(margin, len(log) - margin)
-    return slice(begin, end)
+    return slice(int(np.argmax(left)) + margin, len(log) - int(np.argmax(away[::-1])) - margin)

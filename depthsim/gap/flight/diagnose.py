@@ -132,14 +132,15 @@ def _findings(
     refused: Mapping[str, Nearest],
 ) -> Findings:
     fit, start = selection.fit, selection.start
-    noise = np.minimum(problem.noise(fit.settings)[0], problem.noise(problem.base)[0])
-    before, after = start.residual[:, 0], fit.held_out[:, 0]
+    reported, rows = problem.reported, problem.reported_rows
+    noise = np.minimum(reported.noise(fit.settings)[0], reported.noise(problem.base)[0])
+    before, after = start.residual[rows, 0], fit.held_out[rows, 0]
     noise = np.minimum(noise, np.sqrt(np.minimum((before**2).mean(axis=0), (after**2).mean(axis=0))))
     floor = float(np.sqrt((noise**2).mean()))
     causes, steps = causes_of(problem, selection, floor, seed)
-    state = state_of(problem, problem.base)
-    learned = learn_all(problem, before, problem.base, noise)
-    left = learn_all(problem, after, fit.settings, noise)
+    state = state_of(reported, problem.base)
+    learned = learn_all(reported, before, problem.base, noise)
+    left = learn_all(reported, after, fit.settings, noise)
     gap_power, rest_power = power(before, noise), power(after, noise)
     there = [one for one in learned if stands_out(one, gap_power, noise, problem.config)]
     unnamed = [one for one in left if stands_out(one, rest_power, noise, problem.config)]
@@ -149,12 +150,12 @@ def _findings(
     closed = closed_share(steps[0], after_rms, floor) if causes else 0.0
     interval = closed_interval(problem, selection, floor, seed) if causes else (0.0, 0.0)
     unexplained = (
-        _unexplained(problem, after, fit.settings, unnamed, noise, (steps[0], after_rms, floor), near) if gap else None
+        _unexplained(reported, after, fit.settings, unnamed, noise, (steps[0], after_rms, floor), near) if gap else None
     )
     verdict: Verdict = "no_gap"
     if gap:
         verdict = "explained" if causes and unexplained is None else "partly_explained" if causes else "unexplained"
-    where = cuts(problem, before, state, there, noise) if gap else ()
+    where = cuts(reported, before, state, there, noise) if gap else ()
     diagnosis = Diagnosis(
         verdict=verdict,
         gap=Gap(
@@ -173,7 +174,7 @@ def _findings(
     )
     gusts = gust_keys(problem, selection)
     return Findings(
-        diagnosis, with_settings(vehicle, fit.settings, gusts), problem, selection, before, after, noise, state,
+        diagnosis, with_settings(vehicle, fit.settings, gusts), reported, selection, before, after, noise, state,
         tuple(learned), tuple(left),
     )  # fmt: skip
 

@@ -20,6 +20,7 @@ class ConstantWind(FlightEffect):
     title = "a constant wind"
     axes = ("airspeed_direction", "axis", "place", "speed")
     family = "wind"
+    most_left = 0.15  # hardly any wind is steady: what swings about its mean is left, and is no other effect's
     recording = "Fly again in still air, or give the wind that was measured."
     rank = 30
 

@@ -26,13 +26,14 @@ def objections(found: Findings, trusted: Collection[str] = ()) -> dict[int, str]
     """
     fit, limit_of = found.selection.fit, found.problem.config.significance
     fewer = [without(fit, index) for index in range(len(fit.candidates))]
-    signals = [one.held_out[:, 0] - fit.held_out[:, 0] for one in fewer]
+    rows = fit.problem.reported_rows
+    signals = [(one.held_out - fit.held_out)[:, 0] for one in fewer]
     powers = [float((signal**2).sum()) for signal in signals]
     limits = [
         limit_of.nearest_beside if effect in trusted else flight_effect(effect).most_left or limit_of.nearest
         for effect in fit.effects
     ]
-    lefts = [_left(found, signal, limit) for signal, limit in zip(signals, limits, strict=True)]
+    lefts = [_left(found, signal[rows], limit) for signal, limit in zip(signals, limits, strict=True)]
     bounded = [one.at_bound(values) for one, values in zip(fit.candidates, fit.values, strict=True)]
     sound = [left <= limit and not end for left, limit, end in zip(lefts, limits, bounded, strict=True)]
     largest = max((power for power, good in zip(powers, sound, strict=True) if good), default=0.0)
@@ -68,7 +69,7 @@ def _elsewhere(found: Findings, effect: str, before: Fit, *, alone: bool) -> str
     The gap must lie on one of its axes, about as much as on any, and it must take most of that away.
     """
     limit = found.problem.config.significance
-    residual = before.held_out[:, 0]
+    residual = before.held_out[before.problem.reported_rows, 0]
     whole = power(residual, found.noise)
     if alone and found.selection.gusts is None:
         learned = list(found.learned)
@@ -77,12 +78,15 @@ def _elsewhere(found: Findings, effect: str, before: Fit, *, alone: bool) -> str
     there = [one for one in learned if significant(one.gains, found.problem.config)]
     if not there or power(found.after, found.noise) < limit.left_of_all * whole:
         return None
-    most = max(one.closed for one in there)
-    own = [one for one in there if one.axis in flight_effect(effect).axes and one.closed > limit.also * most]
+    axes = flight_effect(effect).axes
+    # In time whatever is smooth can be learned, so that it counts for less.
+    counts = {one.axis: one.closed * (limit.also_in_time if one.axis == "time" else 1.0) for one in there}
+    most = max(counts.values())
+    own = [one for one in there if one.axis in axes and counts[one.axis] > limit.also * most]
     if not own:
-        acts, lies = _axis_words(flight_effect(effect).axes), _axis_words([there[0].axis])
+        acts, lies = _axis_words(axes), _axis_words([there[0].axis])
         return f"acts along {acts}, and the gap lies along {lies}"
-    first = max(own, key=lambda one: one.closed)
+    first = max(own, key=lambda one: counts[one.axis])
     left = next((one for one in found.left if one.axis == first.axis), None)
     share = left.closed * power(found.after, found.noise) / (first.closed * whole) if left is not None else 0.0
     return f"leaves {share:.0%} of what changes along {_axis_words([first.axis])}" if share > limit.left_along else None
@@ -123,7 +127,7 @@ def _against_velocities(found: Findings, signal: Floats, *, sensor: bool) -> boo
     What they miss on average, the tilt of the attitude that would hide it included, is then as large as the cause. It
     is asked of causes that are there all the time; the mean of others says little.
     """
-    fit, problem = found.selection.fit, found.problem
+    fit, problem = found.selection.fit, found.selection.fit.problem
     limit = problem.config.significance
     if fit.residual.shape[1] < 2:
         return False

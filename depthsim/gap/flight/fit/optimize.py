@@ -80,12 +80,21 @@ class Fit:
     def steps(self) -> Floats:
         """(folds, P) how the parameters change when a fold is left out."""
         matrix, vector, prior, pull = self.normal
-        folds = self.problem.folds
-        out = np.zeros((folds.max() + 1, len(prior)))
-        room = self.room
+        out = np.zeros((self.problem.folds.max() + 1, len(prior)))
+        low, high = self.room
         for fold in range(len(out)):
-            kept = folds != fold
-            out[fold] = _solve(matrix[kept].sum(axis=0) + np.diag(prior), vector[kept].sum(axis=0) + pull, room)
+            shared, own = self.problem.training(fold)
+            total, right = matrix[shared].sum(axis=0), vector[shared].sum(axis=0)
+            said = np.diagonal(total) > 0
+            # What is the log's own comes second, beside what all logs share.
+            for kept, blocks in ((said, shared), (~said, own)):
+                if not kept.any():
+                    continue
+                if blocks is not shared:
+                    total, right = matrix[blocks].sum(axis=0), vector[blocks].sum(axis=0)
+                beside = right[kept] - total[np.ix_(kept, ~kept)] @ out[fold, ~kept] + pull[kept]
+                inner = total[np.ix_(kept, kept)] + np.diag(prior[kept])
+                out[fold, kept] = _solve(inner, beside, (low[kept], high[kept]))
         return out
 
     @property
@@ -109,8 +118,8 @@ class Fit:
 
     @cached_property
     def loss(self) -> Floats:
-        """(B,) weighed, with the tilts' improbability shared out over the blocks."""
-        loss = np.einsum("bca,ca->b", self.squares, self.problem.weights)
+        """(B,) weighed, of the blocks for selecting, with the tilts' improbability shared out over them."""
+        loss = np.einsum("bca,ca->b", self.squares, self.problem.weights)[self.problem.selecting]
         return np.asarray(loss + (self.tilts**2).sum() / _TILT**2 / len(loss))
 
     def draws(self, weights: Floats) -> Floats:
@@ -135,14 +144,6 @@ class Fit:
         """The columns (..., P) of each candidate."""
         ends = len(self.tilts) + np.cumsum([0, *(len(numbers) for numbers in self.values)])
         return [columns[..., low:high] for low, high in pairwise(ends.tolist())]
-
-    def rms(self, squares: Floats | None = None, weights: Floats | None = None) -> float:
-        """The gap: RMS of the first channel over all axes [m/s²], held out. weights: (B,) of the blocks."""
-        first = (self.squares if squares is None else squares)[:, 0].sum(axis=-1)
-        counts = self.problem.counts * self.residual.shape[2]
-        if weights is None:
-            return float(np.sqrt(first.sum() / counts.sum()))
-        return float(np.sqrt((weights @ first) / (weights @ counts)))
 
 
 def empty_fit(problem: Problem) -> Fit:
@@ -250,5 +251,4 @@ def _solve(matrix: Floats, vector: Floats, room: tuple[Floats, Floats]) -> Float
 
         gap = 1e-9 * (1 + np.abs(step))  # lsq_linear wants some room everywhere
         step = lsq_linear(root[:, None] * turned.T, target, (low - gap, high + gap), method="bvls").x
-        step = np.clip(step, low, high)
-    return np.asarray(step / scale)
+    return np.asarray(np.clip(step / scale, *room))

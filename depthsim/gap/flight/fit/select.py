@@ -78,7 +78,8 @@ def _windy(fit: Fit, bank: Sequence[Candidate], start: Fit, say: Progress) -> Wi
     effects that were found, but for winds and sensors, and beside none, and all others must be found again.
     """
     problem, config = start.problem, start.problem.config
-    if not significant(learn_time(problem, fit.held_out[:, 0], problem.sigma[0])[0].gains, config) and not any(
+    left = learn_time(problem, fit.held_out[:, 0], problem.sigma[0])[0].gains
+    if not significant(left[problem.selecting], config) and not any(
         family_of(effect) in _LIKE_WIND for effect in fit.effects
     ):
         return None
@@ -149,8 +150,9 @@ def _clearly(worse: Fit, better: Fit) -> bool:
 
 
 def _worth(before: Fit, after: Fit, start: Fit) -> bool:
-    squares = [fit.squares[:, 0].sum() for fit in (start, before, after)]
-    noise = len(start.residual) * float((start.problem.sigma[0] ** 2).sum())
+    problem = start.problem
+    squares = [fit.squares[problem.selecting, 0].sum() for fit in (start, before, after)]
+    noise = float(problem.counts[problem.selecting].sum()) * float((start.problem.sigma[0] ** 2).sum())
     power = max(float(squares[0]) - noise, 0.0)
     config = start.problem.config
     large = bool(squares[1] - squares[2] > config.select.least_share * power)
@@ -253,7 +255,7 @@ def _alike(other: Fit, selected: Fit, others: Fit) -> bool:
     difference = paired(other.loss, selected.loss)
     gain = difference.mean * len(other.loss)
     whole = float(others.loss.sum() - selected.loss.sum())
-    expected = problem.worth * problem.measured.size
+    expected = problem.worth * float(problem.counts[problem.selecting].sum()) * problem.sigma.size
     left = max(float(selected.loss.sum()) - expected, limit.noise_uncertainty * expected)
     if gain < max(limit.tie_gain, min(limit.tie_share * whole, left)):
         return True
