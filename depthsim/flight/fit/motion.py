@@ -154,7 +154,7 @@ def _airborne(log: FlightLog, rate: float) -> slice:
     away = np.linalg.norm(place - place[-1], axis=1) > _AWAY
     if not (left.any() and away.any()):
         return slice(margin, len(log) - margin)
-    rises = float(np.median(place[:, 2]) - min(place[0, 2], place[-1, 2])) > _AWAY
+    rises = float(np.quantile(place[:, 2], 0.75) - min(place[0, 2], place[-1, 2])) > _AWAY
     if not rises and float(np.median(np.linalg.norm(place - place[0], axis=1))) < _HOVER:
         return slice(margin, len(log) - margin)
     return slice(int(np.argmax(left)) + margin, len(log) - int(np.argmax(away[::-1])) - margin)
