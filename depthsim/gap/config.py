@@ -232,6 +232,9 @@ class FlightSelect(Section):
     """Which effects the logs speak for."""
 
     most_causes: int = _count(6, "causes that are named at most")
+    rounds: int = _count(2, "times that causes are looked for again, when some do not act where the gap lies")
+    nearest: float = _value(0.1, "that an effect must close to be reported as near, though it is no cause")
+    most_nearest: int = _count(3, "effects that are reported as near at most")
     least_share: float = _value(0.01, "of the gap's power, a tenth of its size: less is not worth a name")
     tie_t: float = _value(2.0, "difference of two losses over its standard error, below which they may be equal")
     tie_gain: float = _value(5.0, "difference of two losses below which they are equal")
@@ -245,14 +248,16 @@ class FlightSelect(Section):
     uneven_rotors: float = _value(
         0.25, "how far the force may speak of other uneven rotors than the logged thrusts, over what these differ by"
     )
-    lasting_motion: float = _value(
-        0.75, "of what is learned in time: so much on acceleration, angular rate or thrust, and it is no gust"
+    lasting: float = _value(
+        0.85, "of what is learned in time: with so much on an axis that lasts, what varies is no wind"
     )
-    lasting: float = _value(0.5, "the same on any other axis that lasts")
-    candidate: float = _value(0.85, "of what gusts close: a candidate that closes so much is taken, and no gusts")
+    lasting_by_found: float = _value(0.5, "the same where the vehicle has no drag of its own that carries a wind")
     like_wind: float = _value(0.6, "of what a free force in time closes: a wind closes so much, or it is none")
     velocities_show: float = _value(9.0, "of the loss: velocities that are noisier say nothing of gusts")
-    gusts_share: float = _value(0.05, "of what is closed with gusts: candidates alone must leave this much more")
+    gusts_share: float = _value(
+        0.05, "of what is closed with a wind in time: candidates alone must leave this much more"
+    )
+    varying_share: float = _value(0.005, "the same where a constant wind is among these candidates")
 
 
 class FlightSignificance(Section):
@@ -260,8 +265,7 @@ class FlightSignificance(Section):
 
     least_gain: float = _value(22.0, "of the loss, which chance lowers by about 1 a parameter; the bank's size counted")
     least_t: float = _value(2.6, "mean gain of the blocks over its standard error")
-    residual: float = _value(0.006, "of the gap's power: a residual below this is not reported")
-    residual_of_gusts: float = _value(0.05, "the same where the wind gusts: between knots a little is always left")
+    faint: float = _value(0.1, "of the floor: what can be learned on an axis and is less than this is no gap")
     least_axis: float = _value(0.05, "share of the power that must be learned on an axis for the gap to lie there")
     most_axes: int = _count(6, "axes that are reported at most")
     nearest: float = _value(
@@ -270,7 +274,13 @@ class FlightSignificance(Section):
         "names leave 0.02 to 0.1 in benchmarks/withheld_flight.py, right ones by another formula up to 0.01",
     )
     nearest_beside: float = _value(0.3, "the same beside a residual that is known to be there")
+    left_of_all: float = _value(0.05, "of a gap's power: a cause that leaves less acts where it lies")
+    left_along: float = _value(0.5, "of what lies along the axis of its own that has most, that a cause may leave")
+    left_by_wind: float = _value(
+        0.15, "of a gap's power: more that can be learned beside a wind in time, and it is none"
+    )
     also: float = _value(0.8, "a force lies on every axis on which so much of it is learned, relative to the best")
+    also_in_time: float = _value(0.6, "of what is learned in time, that counts for this")
     least_tilt: float = _value(0.01, "[rad] tilts below this are the attitude's own error")
     least_upward: float = _value(0.03, "[m/s²] upwards a tilt hardly matters")
     sensor_shared: float = _value(0.25, "of a sensor's error, what velocities may show at most")
