@@ -207,14 +207,14 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
     limit, gap = search.config.select, chain.gap
     gained, left = gap - trial.gap, max(chain.score.above, 1e-12)
     others = [c for c in leaders if c.newest.effect != trial.newest.effect]
-    if gained < search.config.significance.faint * chain.score.floor:
-        return False
     if search.makes_steps(trial.model):  # which nothing else does, however little it closes
         return True
     if chain.model is None:
         most = max((gap - c.gap for c in others), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
+    if gained < search.config.significance.faint * chain.score.floor:
+        return False
     if gained >= limit.further * search.whole or gained >= limit.further_of_left * left:
         return True
     return gained >= limit.further_apart * left and all(_stays(search, gap, trial, other) for other in others)
