@@ -75,7 +75,10 @@ class DepthFit(Section):
 
     first_look_pixels: int = _count(400_000, "that are enough for a first look at the whole bank")
     leaders: int = _count(6, "candidates that are fitted in full after the first look")
-    looked_at_again: int = _count(10, "of the bank that are looked at for a further cause, by what they did at first")
+    leaders_of_kind: int = _count(4, "of these that make the same kind of error, as long as others do something")
+    looked_at_again: int = _count(
+        12, "of the bank that are fitted in a first look for a further cause, by how they begin"
+    )
     far_behind: float = _value(2.0, "times the least loss: a candidate above it after two rounds is fitted no further")
     trial: float = _value(0.25, "of a change that matters, by which a parameter is moved to find its slope")
     longest_step: float = _value(4.0, "changes that matter, by which a parameter moves at once")
@@ -98,7 +101,7 @@ class DepthSelect(Section):
     first_apart_times: float = _value(3.0, "what the next effect would close, see first_apart")
     further: float = _value(0.1, "that is enough for a further cause, whatever was left")
     further_of_left: float = _value(0.5, "of what was left, that is enough for a further cause")
-    further_apart: float = _value(0.2, "of what was left, that is enough if `stays` of it stays beside any rival")
+    further_apart: float = _value(0.1, "of what was left, that is enough if `stays` of it stays beside any rival")
     least: float = _value(0.005, "that a cause must close beside a later one; below it, it is dropped")
     stays: float = _value(
         0.7,
@@ -109,6 +112,10 @@ class DepthSelect(Section):
     rounds: int = _count(2, "times that causes are looked for, when some are dropped at the end")
     trusted: int = _count(
         1, "times that a cause is taken for the moment, though it does not act where the gap lies yet"
+    )
+    beginnings: int = _count(2, "effects that are tried as the first cause, where something is left")
+    better: float = _value(
+        0.03, "of what is left, by which causes with another first one must leave less, and surely so"
     )
     nearest: float = _value(0.1, "that an effect must close to be reported as near, though it is no cause")
     most_nearest: int = _count(3, "effects that are reported as near at most")
@@ -138,6 +145,7 @@ class DepthAgreement(Section):
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
     together: float = _value(0.3, "of what an effect does: with more going together, it is no independent error")
     idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
+    steps: float = _value(0.1, "bits by which the phases of disparities must differ for their steps to be wrong")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
 
 

@@ -26,6 +26,8 @@ class Setting:
     to last frame [s]. materials: what the simulator has of each tag. steps: of the disparities, where they have any:
     their width [px] and where they begin, see :func:`~depthsim.gap.depth.data.quantization.find_steps`.
     learned: by effect, its parameters with the :func:`learned` tables as the recording has them.
+    turn: [deg] by which registration finds the camera turned against its poses, about its x, y and z; late: [s] by
+    which the stamps are found early. None where it does not know.
     """
 
     SHARES = (0, 0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 0.985, 0.996, 1)
@@ -36,6 +38,8 @@ class Setting:
     materials: Materials
     steps: tuple[float, float] | None = None
     learned: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
+    turn: tuple[float, float, float] | None = None
+    late: float | None = None
 
     def depths(self, *shares: float) -> list[float]:
         """The depths [m] than which these shares of the pixels are nearer."""

@@ -106,7 +106,19 @@ def _count(units: NDArray[np.uint16], clean: NDArray[np.float32], kind: int) -> 
     histograms.errors(units.reshape(-1), unit, flat, per_spread, error, coarse)
     bins = np.zeros((len(histograms.BINS), pixels), np.uint8)
     histograms.codes(
-        units.reshape(-1), unit, flat, across, np.float32(20), width, error, coarse, np.empty(0, np.uint8), 0, 1, bins
+        units.reshape(-1),
+        unit,
+        flat,
+        across,
+        np.float32(20),
+        width,
+        error,
+        coarse,
+        np.empty(0, np.uint8),
+        np.array(histograms.STEPS, np.float32),
+        0,
+        1,
+        bins,
     )
     kinds, offsets, size = np.array([kind]), np.array([0]), int(histograms.BINS[kind])
     rows, cells = np.arange(units.shape[0]), np.zeros((1, pixels), np.uint16)

@@ -10,20 +10,23 @@ from numpy.typing import NDArray
 
 from depthsim.gap.config import DepthFit
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.quantization import find_steps
+from depthsim.gap.depth.data.registration import PoseErrors
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.parameter import Parameter, Setting, learned_of, parameters_of
 
 Vector = NDArray[np.float64]
 
 
-def setting_of(evidence: Evidence, learned: Mapping[str, Mapping[str, Any]] | None = None) -> Setting:
-    """What of the recording decides where fits begin. learned: what was, by effect."""
+def setting_of(
+    evidence: Evidence, learned: Mapping[str, Mapping[str, Any]] | None = None, errors: PoseErrors | None = None
+) -> Setting:
+    """What of the recording decides where fits begin. learned: what was, by effect; errors: of the poses."""
     tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
     quantiles = np.quantile(evidence.depths, Setting.SHARES).astype(float)
     stamps = [frame.stamp for frame in evidence.frames.values()]
     span = max(stamps) - min(stamps)
-    return Setting(tags, quantiles, span, evidence.materials, find_steps(evidence), learned or {})
+    off = (errors.turn, errors.late if abs(errors.late) < span else None) if errors else (None, None)
+    return Setting(tags, quantiles, span, evidence.materials, evidence.cuts.own_steps, learned or {}, *off)
 
 
 @dataclass(frozen=True)
