@@ -169,6 +169,9 @@ class DepthSignificance(Section):
     )
     least_spread: float = _value(0.01, "of the logarithm of a gap: a smaller difference does not matter, however sure")
     least_spread_along_axis: float = _value(0.03, "the same along one axis")
+    unknown: float = _value(
+        1.0, "of a closed fraction, half of its interval: by more, frames say nothing of what a cause closes"
+    )
     least_error: float = _value(0.01, "of a closed fraction, half of its interval: other frames differ by as much")
 
 

@@ -98,6 +98,11 @@ class Effect(BaseModel):
         raise NotImplementedError
 
     @classmethod
+    def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
+        """:attr:`forms`, or those that the recording shows without a fit."""
+        return cls.forms
+
+    @classmethod
     def suggested(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
         """Values of all parameters that a recording itself suggests: fits begin there first."""
         return ()

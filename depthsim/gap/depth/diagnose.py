@@ -7,6 +7,7 @@ where            the axes along which it lies, before and after; what lies there
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from depthsim.gap.config import DepthConfig
@@ -24,7 +25,7 @@ from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
-from depthsim.gap.diagnosis import Diagnosis, Gap, Unexplained, Verdict
+from depthsim.gap.diagnosis import Diagnosis, Gap, Nearest, Unexplained, Verdict
 from depthsim.gap.report.folder import check_report_folder
 from depthsim.materials import Materials
 from depthsim.runs.folder import Run
@@ -119,6 +120,8 @@ def investigate(
 
     # Which effects explain it?
     selection = _which(selecting, without, errors, say)
+    if validator is not selecting:
+        selection = _seen_again(validator, selecting, selection)
     is_cause = poses is not None and not poses.are_as_held and _matter(recorded, validator, selection)
     if not is_cause and recorded is not validator:
         recorded, before = validator, validator.score(evidence.base)
@@ -183,6 +186,24 @@ def _which(validator: Validator, without: Sequence[str], errors: PoseErrors | No
         learned[FixedPattern.id] = pattern.effect().model_dump()
     bank = candidates(evidence.base, setting_of(evidence, learned, errors), without, evidence.config.fit)
     return select(evidence, validator, bank, say)
+
+
+def _seen_again(validator: Validator, selecting: Validator, selection: Selection) -> Selection:
+    """Without the causes of which the frames that are reported on say nothing: by their interval, what they close is
+    unknown by more than the whole gap."""
+    base = validator.evidence.base
+    start, full = (validator, base), (validator, selection.model.build(base))
+    limit = validator.config.unknown
+    kept, near = selection.model, list(selection.nearest)
+    for number in reversed(range(len(kept.parts))):
+        if closed_error(start, (validator, selection.model.less(number).build(base)), full) <= limit:
+            continue
+        closed = selecting.quick(kept.less(number).build(base)) - selecting.quick(kept.build(base))
+        why = "closes something on some frames, and on others nothing, or the opposite"
+        share = closed / max(selecting.quick(base), 1e-12)
+        near.append(Nearest(effect=kept.parts[number].effect, closed_fraction=share, why_not=why))
+        kept = kept.less(number)
+    return replace(selection, model=kept, nearest=tuple(near))
 
 
 def _matter(recorded: Validator, registered: Validator, selection: Selection) -> bool:

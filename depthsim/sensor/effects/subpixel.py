@@ -1,5 +1,6 @@
 """What the matcher does to the fraction of a disparity: a periodic bias, and steps."""
 
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -129,9 +130,12 @@ class DisparityQuantization(Effect):
     )
 
     @classmethod
-    def suggested(cls, setting: Setting) -> list[dict[str, float]]:
-        """The steps that the recording's disparities have, if they have any."""
-        return [{"step": setting.steps[0], "origin": setting.steps[1], "down": 1.0}] if setting.steps else []
+    def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
+        """The steps that the recording's disparities have, if they have any: no fit finds them as finely."""
+        if setting.steps is None:
+            return cls.forms
+        step, origin = setting.steps
+        return [{"step": step, "origin": origin}]
 
     def apply(self, frame: Frame) -> None:
         """Round every disparity."""

@@ -119,7 +119,7 @@ def candidates(
         elif not learned_of(kind):  # whose table is none of this recording's otherwise
             others = frozenset(effect.id for effect in base if kind.law and effect.law == kind.law)
             ways = dict.fromkeys((frozenset(), others))
-            found += [_add(kind, setting, config, held, way) for held in kind.forms for way in ways]
+            found += [_add(kind, setting, config, held, way) for held in kind.forms_in(setting) for way in ways]
     return [h for h in found if h.free]
 
 
