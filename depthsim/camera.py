@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 import yaml
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, PrivateAttr, model_validator
 
 from depthsim.yamlfile import read_model
 
@@ -77,6 +77,20 @@ class Camera(BaseModel):
         return self.height, self.width
 
     @property
+    def whole(self) -> "Camera":
+        """The camera whose picture this one's is a part of: this one, unless it is a :class:`Window`."""
+        return self
+
+    @property
+    def first_row(self) -> int:
+        """The row of ``whole`` that is this one's first."""
+        return 0
+
+    def window(self, first: int, rows: int) -> "Camera":
+        """The camera that has only ``rows`` rows, from row ``first`` on; itself where these are all."""
+        return self if (first, rows) == (0, self.height) else Window(self, first, rows)
+
+    @property
     def focal_baseline(self) -> float:
         """f·b [px m]: depth is this over disparity (Eq. 2 of the paper)."""
         return self.fx * self.baseline
@@ -98,6 +112,37 @@ class Camera(BaseModel):
         """The text of camera.yaml."""
         keys = self.model_dump(mode="json", exclude=None if any(self.distortion) else {"distortion"})
         return yaml.safe_dump(keys, sort_keys=False)
+
+
+class Window(Camera):
+    """Some rows of a camera's picture: their rays, bit for bit, with what knows where in the picture they are."""
+
+    _whole: Camera = PrivateAttr()
+    _first: int = PrivateAttr()
+
+    def __init__(self, whole: Camera, first: int, rows: int) -> None:
+        if not 0 <= first < first + rows <= whole.height:
+            raise ValueError(f"rows {first} to {first + rows} are not within {whole.height}")
+        super().__init__(**whole.model_dump() | {"height": rows, "cy": whole.cy - first})
+        self._whole, self._first = whole, first
+
+    def _fields(self) -> tuple[object, ...]:
+        return (*super()._fields(), self._whole, self._first)
+
+    @property
+    def whole(self) -> Camera:
+        """The camera with all rows."""
+        return self._whole
+
+    @property
+    def first_row(self) -> int:
+        """The row of ``whole`` that is this one's first."""
+        return self._first
+
+    @cached_property
+    def rays(self) -> NDArray[np.float32]:
+        """(2, height, width) float32, as those of the whole camera."""
+        return np.ascontiguousarray(self._whole.rays[:, self._first : self._first + self.height])
 
 
 def read_camera(path: Path) -> Camera:

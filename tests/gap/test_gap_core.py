@@ -16,7 +16,7 @@ from depthsim.gap.depth.data import counting, histograms
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.covariates import covariates
 from depthsim.gap.depth.data.divergence import Ruler
-from depthsim.gap.depth.data.frames import select_frames
+from depthsim.gap.depth.data.frames import counted_rows, select_frames, select_rows
 from depthsim.gap.depth.data.quantization import _steps_of
 from depthsim.gap.depth.fit.candidates import candidates
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
@@ -175,13 +175,40 @@ def test_roots_have_the_squared_hellinger_distance() -> None:
 
 
 @pytest.mark.parametrize("count", [2, 3, 7, 10, 40, 41, 300, 10_000])
-@pytest.mark.parametrize("pixels", [10_000, 100_000, 400_000, 2_000_000])
-def test_blocks_are_disjoint_and_span_the_run(count: int, pixels: int) -> None:
-    blocks = select_frames(count, pixels, DepthData())
+@pytest.mark.parametrize("width", [100, 424, 1280, 16_384])
+def test_blocks_are_disjoint_and_span_the_run(count: int, width: int) -> None:
+    blocks = select_frames(count, width, DepthData())
     frames = np.concatenate(blocks)
     assert len(blocks) >= 2
     assert len(np.unique(frames)) == len(frames) <= 45
     assert frames.min() == 0 and frames.max() == count - 1
+
+
+@pytest.mark.parametrize("count", [2, 10, 35, 300, 10_000])
+@pytest.mark.parametrize("size", [(212, 120), (424, 240), (640, 480), (848, 480), (1280, 720), (4096, 3072)])
+def test_the_pixels_that_are_looked_at_keep_to_their_budget(count: int, size: tuple[int, int]) -> None:
+    limit, (width, height) = DepthData(), size
+    camera = Camera(width=width, height=height, fx=400, fy=400, cx=width / 2, cy=height / 2, baseline=0.05)
+    blocks = select_frames(count, width, limit)
+    windows = select_rows(blocks, camera, 3 if len(blocks) >= limit.least_blocks else 2, limit)
+    looked_at = sum(len(block) * window.height * width for block, window in zip(blocks, windows, strict=True))
+    least = limit.least_rows * width * limit.least_frames
+    whole = sum(map(len, blocks)) * width * height
+    assert min(whole, 0.95 * limit.pixels) <= looked_at <= max(limit.pixels, least)
+    assert len({window.height for window in windows}) == 1
+    if whole <= limit.pixels:
+        assert all(window is camera for window in windows)
+    elif len(blocks) > 12:
+        for part in range(3):  # each sees the picture from its first row to its last, evenly
+            firsts = sorted(window.first_row for window in windows[part::3])
+            assert (firsts[0], firsts[-1]) == (0, height - windows[0].height)
+            assert np.ptp(np.diff(firsts)) <= 1
+        seen = np.zeros(height, int)
+        for number, window in enumerate(windows):
+            rows = counted_rows(window, number % 2, 2)
+            seen[window.first_row :][rows] += 1
+            assert 0.3 < len(range(window.height)[rows]) / window.height <= 0.5
+        assert seen[[0, 1, -2, -1]].any()
 
 
 def test_the_bank_is_the_registry() -> None:

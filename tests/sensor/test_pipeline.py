@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from shapes import as_scene, box, quad
 
 import depthsim
 from depthsim.camera import Camera
-from depthsim.gap.depth.data.frames import CleanFrame
+from depthsim.gap.depth.data.frames import MARGIN, CleanFrame
 from depthsim.gap.depth.data.simulate import FITTING, Replay
 from depthsim.materials import load_materials
 from depthsim.raycast import Caster
@@ -45,8 +46,8 @@ def agree(effects: list[Effect], kind: str, seed: int = 7) -> None:
     seen = Sensor(caster(kind), CAMERA, effects, materials).measure(pose, **keys)
     none = np.empty(0, np.float32)
     met = caster(kind).cast(CAMERA, pose, right=True)
-    frame = CleanFrame(INDEX, STAMP, pose, met, none, none, np.empty((0, 0), np.uint16))
-    replay = Replay(caster(kind), materials, CAMERA, MOVING)
+    frame = CleanFrame(INDEX, STAMP, pose, CAMERA, slice(0, None, 1), met, none, none, np.empty((0, 0), np.uint16))
+    replay = Replay(caster(kind), materials, MOVING)
     for _ in range(2):
         np.testing.assert_array_equal(replay.measure(acting(effects), frame, seed), seen.depth_raw)
     assert met.hit.all() if kind == "closed" else 0.1 < met.hit.mean() < 0.9
@@ -62,6 +63,36 @@ def test_the_diagnosis_simulates_what_a_profile_measures(name: str, kind: str) -
 @pytest.mark.parametrize("name", effect_ids())
 def test_the_diagnosis_simulates_what_an_effect_does(name: str, kind: str) -> None:
     agree([effect_class(name)()], kind)
+
+
+def _taken(effects: list[Effect], camera: Camera, seed: int) -> NDArray[np.float64]:
+    """The disparity that the diagnosis makes of a frame [px], NaN in holes."""
+    pose, none = MOVING.at(STAMP)[0], np.empty(0, np.float32)
+    met = caster("closed").cast(camera, pose, right=True)
+    frame = CleanFrame(INDEX, STAMP, pose, camera, slice(0, None, 1), met, none, none, np.empty((0, 0), np.uint16))
+    units = Replay(caster("closed"), load_materials(), MOVING).measure(acting(effects), frame, seed).astype(float)
+    return camera.focal_baseline / np.where(units > 0, units * camera.depth_scale, np.nan)
+
+
+@pytest.mark.parametrize("name", effect_ids())
+def test_some_rows_are_simulated_as_the_whole_picture_is(name: str) -> None:
+    given = {"grid": ((0.1, 0.3, -0.2), (0.4, -0.2, 0.1))} if name == "fixed_pattern" else {}
+    effects = [effect_class(name)(**given)]
+    camera = Camera(width=212, height=180, fx=120, fy=120, cx=105.5, cy=89.5, baseline=0.05, depth_scale=1e-4)
+    window = camera.window(50, 100)
+    inner = slice(MARGIN, -MARGIN)
+    whole, again = (_taken(effects, camera, seed)[50:150][inner] for seed in (1, 2))
+    part = _taken(effects, window, 1)[inner]
+    if np.array_equal(whole, again, equal_nan=True):  # nothing is drawn
+        same = np.isclose(part, whole, atol=1e-3, rtol=0, equal_nan=True)
+        assert same.mean() > 0.999
+        return
+    clean = _taken([], camera, 1)[50:150][inner]
+    assert np.isnan(part).mean() == pytest.approx(np.isnan(whole).mean(), abs=0.01)
+    rows = np.array_split(np.arange(len(clean)), 2)  # what changes with the row must change alike
+    for some in rows:
+        a, b, c = (np.nanstd(np.clip(x - clean, -1, 1)[some]) for x in (part, whole, again))
+        assert abs(a - b) <= 0.1 * b + 2 * abs(b - c) + 1e-3
 
 
 @pytest.mark.parametrize("seed", [7, FITTING])

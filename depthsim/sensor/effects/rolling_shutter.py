@@ -35,5 +35,5 @@ class RollingShutter(Effect):
 
     def bend(self, view: View) -> None:
         """Give every row the pose of its own time."""
-        height = view.camera.height
-        view.pose = view.motion.at(view.stamp + self.readout * ((np.arange(height) + 0.5) / height - 0.5))
+        rows, whole = view.camera.first_row + np.arange(view.camera.height), view.camera.whole.height
+        view.pose = view.motion.at(view.stamp + self.readout * ((rows + 0.5) / whole - 0.5))

@@ -18,7 +18,7 @@ def find_steps(evidence: Evidence) -> tuple[float, float] | None:
     """The step [px], and where the steps begin, in steps from -0.5 to 0.5; None where none are seen."""
     frames = [int(block[0]) for block in evidence.blocks[:: max(1, len(evidence.blocks) // 8)]]
     unit = evidence.camera.depth_scale
-    measured = np.concatenate([evidence.run.depth_raw(i).reshape(-1)[::3] for i in frames])
+    measured = np.concatenate([evidence.recorded(i).reshape(-1)[::3] for i in frames])
     clean = np.concatenate([evidence.frames[i].geometry.depth.reshape(-1)[::3] for i in frames])
     seen, there = (_disparities(evidence, z) for z in (measured, np.round(clean / unit)))
     return _steps_of(seen, there, evidence.config.data) if min(len(seen), len(there)) > 2000 else None

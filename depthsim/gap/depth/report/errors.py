@@ -21,7 +21,7 @@ _BLOCKS = 4
 
 @dataclass(frozen=True)
 class Sample:
-    """The errors of one sensor in some frames. error: (frames, height, width) in spreads of the simulator, NaN where
+    """The errors of one sensor in some frames. error: (frames, rows, width) in spreads of the simulator, NaN where
     there is no measurement or the scene may not be trusted. holes: share of the pixels that should have a depth.
     """
 
@@ -41,7 +41,7 @@ def sample(evidence: Evidence, name: str, colour: str, blocks: Sequence[int], fr
             frame = evidence.frames[int(index)]
             clean = frame.geometry.depth
             asked = clean > 0
-            mask = evidence.run.mask(int(index))
+            mask = evidence.trusted(int(index))
             if mask is not None:
                 asked &= mask
             valid = asked & (units > 0) & (units < 65535)
