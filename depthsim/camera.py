@@ -82,13 +82,13 @@ class Camera(BaseModel):
         return self
 
     @property
-    def first_row(self) -> int:
-        """The row of ``whole`` that is this one's first."""
-        return 0
+    def rows(self) -> NDArray[np.intp]:
+        """(height,) where each row lies in the picture of ``whole``."""
+        return np.arange(self.height)
 
-    def window(self, first: int, rows: int) -> "Camera":
-        """The camera that has only ``rows`` rows, from row ``first`` on; itself where these are all."""
-        return self if (first, rows) == (0, self.height) else Window(self, first, rows)
+    def window(self, rows: NDArray[np.integer]) -> "Camera":
+        """The camera that has only some of the rows; itself where these are all."""
+        return self if np.array_equal(rows, self.rows) else Window(self, rows)
 
     @property
     def focal_baseline(self) -> float:
@@ -115,19 +115,19 @@ class Camera(BaseModel):
 
 
 class Window(Camera):
-    """Some rows of a camera's picture: their rays, bit for bit, with what knows where in the picture they are."""
+    """Some rows of a camera's picture, one below the other: their rays, bit for bit, and where in it they are."""
 
     _whole: Camera = PrivateAttr()
-    _first: int = PrivateAttr()
+    _rows: tuple[int, ...] = PrivateAttr()
 
-    def __init__(self, whole: Camera, first: int, rows: int) -> None:
-        if not 0 <= first < first + rows <= whole.height:
-            raise ValueError(f"rows {first} to {first + rows} are not within {whole.height}")
-        super().__init__(**whole.model_dump() | {"height": rows, "cy": whole.cy - first})
-        self._whole, self._first = whole, first
+    def __init__(self, whole: Camera, rows: NDArray[np.integer]) -> None:
+        if not len(rows) or rows[0] < 0 or rows[-1] >= whole.height or (np.diff(rows) < 1).any():
+            raise ValueError(f"rows must be some of {whole.height}, from top to bottom")
+        super().__init__(**whole.model_dump() | {"height": len(rows)})
+        self._whole, self._rows = whole, tuple(map(int, rows))
 
     def _fields(self) -> tuple[object, ...]:
-        return (*super()._fields(), self._whole, self._first)
+        return (*super()._fields(), self._whole, self._rows)
 
     @property
     def whole(self) -> Camera:
@@ -135,14 +135,14 @@ class Window(Camera):
         return self._whole
 
     @property
-    def first_row(self) -> int:
-        """The row of ``whole`` that is this one's first."""
-        return self._first
+    def rows(self) -> NDArray[np.intp]:
+        """(height,) where each row lies in the picture of ``whole``."""
+        return np.array(self._rows)
 
     @cached_property
     def rays(self) -> NDArray[np.float32]:
         """(2, height, width) float32, as those of the whole camera."""
-        return np.ascontiguousarray(self._whole.rays[:, self._first : self._first + self.height])
+        return np.ascontiguousarray(self._whole.rays[:, self._rows])
 
 
 def read_camera(path: Path) -> Camera:

@@ -68,7 +68,7 @@ def _columns(c: Covariates) -> Numbers:
 
 def _rows(c: Covariates) -> Numbers:
     """As they are counted in the whole picture."""
-    return np.broadcast_to(c.camera.first_row + np.arange(c.depth.shape[0])[:, None], c.depth.shape)
+    return np.broadcast_to(c.camera.rows[:, None], c.depth.shape)
 
 
 def _plain(text: str) -> Callable[[NDArray[np.int64]], str]:

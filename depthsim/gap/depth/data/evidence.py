@@ -17,7 +17,7 @@ from depthsim.gap.depth.data.axes import make_axes
 from depthsim.gap.depth.data.axis import Axis, frame_cells, layout
 from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
-from depthsim.gap.depth.data.frames import CleanFrame, counted_rows, select_frames, select_rows
+from depthsim.gap.depth.data.frames import CleanFrame, inner_rows, select_frames, select_rows
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.regions import region_name, split_scene
 from depthsim.gap.depth.data.simulate import FITTING, SPREAD, Replay
@@ -145,7 +145,7 @@ class Evidence:
 
     def _cut(self, picture: NDArray[Any], index: int) -> NDArray[Any]:
         window = self.windows[index]
-        return picture[window.first_row : window.first_row + window.height]
+        return picture if window is self.camera else picture[window.rows]
 
     def pictures(self, effects: Sequence[Effect], block: int, seed: Seed) -> list[NDArray[np.uint16]]:
         """What is looked at of the frames of a block, each (rows, width), as a sensor with ``effects`` stores it."""
@@ -194,7 +194,7 @@ class Evidence:
                 continue
             histograms.codes(
                 raw, unit, clean, frame.across, focal_baseline, self.camera.width, error, coarse, before,
-                frame.counted.start, self.stride, bins,
+                frame.counted, bins,
             )  # fmt: skip
             if correction is None:
                 counting.count(bins, self.kinds, frame.places, counts)
@@ -247,7 +247,7 @@ class Evidence:
         first_of_block = {int(block[0]) for block in self.blocks}
         for index in frames:
             # Another row comes first in every frame, so that all have their turn.
-            counted = counted_rows(self.windows[index], index % self.stride, self.stride)
+            counted = np.flatnonzero(inner_rows(self.windows[index]))[index % self.stride :: self.stride]
             none = np.empty(0, np.float32)
             self.frames[index] = CleanFrame(
                 index, float(self.run.stamps[index]), self.run.poses[index], self.windows[index], counted,
@@ -267,7 +267,7 @@ class Evidence:
             frame.per_spread = cuts.per_spread(found.depth, found.tag).reshape(-1)
             cells = frame_cells(self.axes, found, index, self.trusted(index), frame.counted)
             frame.places = counting.places(
-                cells, self.kinds, self.offsets, self.size, rows=np.arange(self.rows)[frame.counted],
+                cells, self.kinds, self.offsets, self.size, rows=frame.counted,
                 across=found.across[frame.counted].reshape(-1), follows=index not in first_of_block,
             )  # fmt: skip
 

@@ -1,13 +1,14 @@
 """What a diagnosis looks at of a recording, and what is known of it before any sensor has looked.
 
-The work is bounded by a budget of pixels. Frames are in blocks over the whole time. Of large frames it is a band of
-rows in full width: what goes on beside an edge or between neighbours needs pixels that hang together, and the whole
-baseline. Other rows have their turn in every block, so that each part of the blocks (see :class:`Evidence`) sees all
-of the picture.
+The work is bounded by a budget of pixels. Frames are in blocks over the whole time. Of large frames it is bands of rows
+in full width: what goes on beside an edge or between neighbours needs pixels that hang together, and all columns that
+the right imager sees. A block has one in each third of the picture, so that blocks show the same kinds of things, and
+every block other ones, so that each part of the blocks (see :class:`Evidence`) sees the picture from top to bottom.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import gcd
 
 import numpy as np
@@ -17,7 +18,8 @@ from depthsim.camera import Camera
 from depthsim.gap.config import DepthData
 from depthsim.raycast import Geometry
 
-MARGIN = 16
+BANDS = 3
+MARGIN = 12
 """[px] Rows at a cut that are simulated and not counted, as effects act on them from beyond the cut."""
 
 
@@ -25,7 +27,7 @@ MARGIN = 16
 class CleanFrame:
     """One frame without a sensor.
 
-    camera: that of the rows that are looked at, of which those in ``counted`` are counted. across: (pixels,) the clean
+    camera: that of the rows that are looked at; counted: which of them are counted. across: (pixels,) the clean
     depth beyond an edge [m], 0 where there is none. per_spread: (pixels,) 1 over the simulator's own spread of the
     depth [1/m]. places: (axes, pixels that are counted), see :func:`counting.places`.
     """
@@ -34,7 +36,7 @@ class CleanFrame:
     stamp: float
     pose: NDArray[np.float64]
     camera: Camera
-    counted: slice
+    counted: NDArray[np.intp]
     geometry: Geometry
     across: NDArray[np.float32]
     per_spread: NDArray[np.float32]
@@ -56,14 +58,13 @@ def select_frames(count: int, width: int, limit: DepthData) -> list[NDArray[np.i
 
 
 def select_rows(blocks: Sequence[NDArray[np.int64]], camera: Camera, parts: int, limit: DepthData) -> list[Camera]:
-    """The camera that each block is looked at with: the whole one, or a band of its rows, all of one height.
+    """The camera that each block is looked at with: the whole one, or the rows of a band in each third of its picture.
 
     parts: every ``parts``-th block is in one part. Its bands are spread evenly from the first row to the last, in an
-    order that has little to do with time.
+    order that has little to do with time. All blocks have as many rows.
     """
-    rows = limit.pixels // (sum(map(len, blocks)) * camera.width)
-    rows = max(rows, limit.least_rows)
-    if rows >= camera.height:
+    rows = max(limit.pixels // (sum(map(len, blocks)) * camera.width), limit.least_rows) // BANDS
+    if BANDS * rows >= camera.height:
         return [camera] * len(blocks)
     found = []
     for number in range(len(blocks)):
@@ -71,12 +72,15 @@ def select_rows(blocks: Sequence[NDArray[np.int64]], camera: Camera, parts: int,
         count = len(range(part, len(blocks), parts))
         turn = next(k for k in range(round(0.62 * count) or 1, count + 2) if gcd(k, count) == 1)
         share = (place * turn + part * count // parts) % count / max(count - 1, 1)
-        found.append(camera.window(round(share * (camera.height - rows)), rows))
+        ends = np.linspace(0, camera.height, BANDS + 1)
+        firsts = [round(a + share * (b - a - rows)) for a, b in pairwise(ends)]
+        found.append(camera.window(np.concatenate([np.arange(first, first + rows) for first in firsts])))
     return found
 
 
-def counted_rows(window: Camera, first: int, stride: int) -> slice:
-    """Every ``stride``-th row of a window, but for those at its cuts. first: of these, which is the first."""
-    below = window.whole.height - window.first_row - window.height
-    begin, end = MARGIN if window.first_row else 0, window.height - (MARGIN if below else 0)
-    return slice(begin + first, end, stride)
+def inner_rows(camera: Camera) -> NDArray[np.bool_]:
+    """(height,): which rows are not near a cut."""
+    rows = np.concatenate([[-1], camera.rows, [camera.whole.height]])
+    cuts = np.flatnonzero(np.diff(rows) > 1)  # above these
+    near = np.abs(np.arange(camera.height)[:, None] + 0.5 - cuts).min(axis=1, initial=np.inf) < MARGIN
+    return np.asarray(~near)

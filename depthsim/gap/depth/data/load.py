@@ -38,7 +38,7 @@ def notes_of(evidence: Evidence) -> tuple[str, ...]:
         notes.append(f"{looked} of {whole} frames were looked at, in {len(evidence.blocks)} blocks")
     if evidence.rows < evidence.camera.height:
         notes.append(
-            f"of each frame a band of {evidence.rows} of its {evidence.camera.height} rows was looked at, other rows "
+            f"of each frame {evidence.rows} of its {evidence.camera.height} rows were looked at, in bands, other rows "
             "in every block"
         )
     poses = evidence.run.poses

@@ -31,7 +31,7 @@ class Replay:
         self._casts: dict[int, list[tuple[list[Effect], bool, Geometry]]] = {}
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
-        """(rows, width) what is looked at of a frame, from a sensor with ``effects``, ordered as :func:`acting` does."""
+        """(rows, width) what is looked at of a frame, as a sensor with ``effects``, in :func:`acting` order, has it."""
         scratch = Scratch.of_thread(self._own)
         pipeline = Pipeline(self._caster, frame.camera, self._materials)
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch)

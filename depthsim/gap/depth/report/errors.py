@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.data.frames import inner_rows
 from depthsim.gap.report.drawing import Array, Drawn
 
 Floats = NDArray[np.float32]
@@ -44,6 +45,7 @@ def sample(evidence: Evidence, name: str, colour: str, blocks: Sequence[int], fr
             mask = evidence.trusted(int(index))
             if mask is not None:
                 asked &= mask
+            asked &= inner_rows(frame.camera)[:, None]  # pixels beside a cut are no neighbours
             valid = asked & (units > 0) & (units < 65535)
             depth = units * np.float32(evidence.camera.depth_scale)
             error = (depth - clean) * frame.per_spread.reshape(clean.shape)
