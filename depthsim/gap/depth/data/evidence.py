@@ -33,6 +33,8 @@ from depthsim.sensor.pipeline import acting
 
 Counts = NDArray[np.uint32]
 T = TypeVar("T")
+_REMEMBERED = 48
+"""Sensors whose counts over some blocks are kept."""
 
 
 class Evidence:
@@ -71,6 +73,7 @@ class Evidence:
         self.frames: dict[int, CleanFrame] = {}
         self._look(like)
         self.real: dict[int, Counts] = {}
+        self._totals: dict[str, Counts] = {}
         self._count_real()
 
     @property
@@ -121,8 +124,20 @@ class Evidence:
         return np.stack(self.each(one, blocks))
 
     def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
-        """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly."""
+        """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly.
+
+        The last few are remembered, as one fit begins where another ended.
+        """
         ordered = acting(effects)
+        key = repr(([(e.id, e) for e in ordered], list(blocks), seed))
+        if (known := self._totals.pop(key, None)) is None:
+            known = self._total(ordered, blocks, seed)
+        self._totals[key] = known
+        if len(self._totals) > _REMEMBERED:
+            del self._totals[next(iter(self._totals))]
+        return known
+
+    def _total(self, ordered: Sequence[Effect], blocks: Sequence[int], seed: Seed) -> Counts:
         frames = [int(i) for b in blocks for i in self.blocks[b]]
         first = {int(self.blocks[b][0]) for b in blocks}
 

@@ -75,7 +75,8 @@ def disagreement(
     explain, along every axis on which it stands out, and not along the first one only. flexible: whether it has so many
     parameters that it comes near to much.
     """
-    gap, left, does = against(validator, before), against(validator, after), done_by(validator, before, after)
+    gap, left = validator.once(against, before), validator.once(against, after)
+    does = validator.once(done_by, before, after)
     if effect.kinds[0] == "correlation":
         return _of_pairs(validator, effect, gap, left)
     limit, acts = validator.evidence.config.agreement, does.whole
