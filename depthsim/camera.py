@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 import yaml
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, PrivateAttr, model_validator
 
 from depthsim.yamlfile import read_model
 
@@ -195,6 +195,20 @@ class Camera(BaseModel):
         return self.height, self.width
 
     @property
+    def whole(self) -> "Camera":
+        """The camera whose picture this one's is a part of: this one, unless it is a :class:`Window`."""
+        return self
+
+    @property
+    def rows(self) -> NDArray[np.intp]:
+        """(height,) where each row lies in the picture of ``whole``."""
+        return np.arange(self.height)
+
+    def window(self, rows: NDArray[np.integer]) -> "Camera":
+        """The camera that has only some of the rows; itself where these are all."""
+        return self if np.array_equal(rows, self.rows) else Window(self, rows)
+
+    @property
     def focal_baseline(self) -> float:
         """f·b of the left imager [px m]: depth is this over disparity (Eq. 2 of the paper)."""
         return self.left.fx * self.baseline
@@ -221,6 +235,37 @@ class Camera(BaseModel):
         if not self.aligned:
             del keys["aligned"]
         return yaml.safe_dump(keys, sort_keys=False)
+
+
+class Window(Camera):
+    """Some rows of a camera's picture, one below the other: their rays, bit for bit, and where in it they are."""
+
+    _whole: Camera = PrivateAttr()
+    _rows: tuple[int, ...] = PrivateAttr()
+
+    def __init__(self, whole: Camera, rows: NDArray[np.integer]) -> None:
+        if not len(rows) or rows[0] < 0 or rows[-1] >= whole.height or (np.diff(rows) < 1).any():
+            raise ValueError(f"rows must be some of {whole.height}, from top to bottom")
+        super().__init__(**whole.model_dump() | {"height": len(rows)})
+        self._whole, self._rows = whole, tuple(map(int, rows))
+
+    def _fields(self) -> tuple[object, ...]:
+        return (*super()._fields(), self._whole, self._rows)
+
+    @property
+    def whole(self) -> Camera:
+        """The camera with all rows."""
+        return self._whole
+
+    @property
+    def rows(self) -> NDArray[np.intp]:
+        """(height,) where each row lies in the picture of ``whole``."""
+        return np.array(self._rows)
+
+    @cached_property
+    def rays(self) -> NDArray[np.float32]:
+        """(2, height, width) float32, as those of the whole camera."""
+        return np.ascontiguousarray(self._whole.rays[:, self._rows])
 
 
 def read_camera(path: Path) -> Camera:

@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from depthsim.camera import Camera, _jacobian, distort, read_camera, undistort
+from depthsim.camera import Camera, Window, _jacobian, distort, read_camera, undistort
 from depthsim.errors import InputError
 
 YAML = {"width": 64, "height": 48, "fx": 50.0, "fy": 52.0, "cx": 31.5, "cy": 23.5, "baseline": 0.05}
@@ -193,3 +193,21 @@ def test_a_copy_of_another_size_has_rays_of_its_own() -> None:
     camera = Camera(width=5, height=4, fx=3, fy=3, cx=2, cy=1.5, baseline=0.05)
     assert camera.rays.shape == (2, 4, 5)
     assert camera.model_copy(update={"width": 7}).rays.shape == (2, 4, 7)
+
+
+def test_a_window_has_the_rays_of_its_rows() -> None:
+    whole = Camera(
+        model="brown_conrady", width=60, height=41, fx=50, fy=51, cx=30.2, cy=19.7, baseline=0.05,
+        distortion=(0.02, -0.01, 0.001, -0.002, 0.0),
+    )  # fmt: skip
+    some = np.r_[3:9, 30:41]
+    window = whole.window(some)
+    np.testing.assert_array_equal(window.rays, whole.rays[:, some])
+    np.testing.assert_array_equal(window.rows, some)
+    assert (window.whole, window.shape, window.focal_baseline) == (whole, (17, 60), 2.5)
+    assert whole.window(np.arange(41)) is whole and whole.whole is whole
+    assert window == whole.window(some) != whole.window(some - 1)
+    assert window != window.model_copy() != whole, "a camera of that size is no part of another"
+    for rows in ([-1, 0], [40, 41], [], [3, 3], [5, 4]):
+        with pytest.raises(ValueError, match="must be some of 41"):
+            Window(whole, np.array(rows))

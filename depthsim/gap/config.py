@@ -56,8 +56,9 @@ def _count(default: int, about: str) -> int:
 class DepthData(Section):
     """What of a recording is looked at, and what is seen in it before anything is fitted."""
 
-    pixels: int = _count(6_000_000, "simulated in all: so many frames are looked at, but for the next two")
-    least_frames: int = _count(20, "looked at of a recording that has as many, however large they are")
+    pixels: int = _count(9_000_000, "simulated in all, about: of larger frames bands of rows, others in every block")
+    least_rows: int = _count(96, "in such bands, for which of very wide pictures fewer frames are looked at")
+    least_frames: int = _count(20, "looked at of a recording that has as many, however wide they are")
     most_frames: int = _count(40, "looked at, however small they are")
     block: int = _count(2, "frames in a row at most that go together, into fitting, selecting or reporting")
     least_blocks: int = _count(9, "of which a third each are for fitting, selecting and reporting; of fewer, half each")

@@ -53,7 +53,7 @@ def test_a_replay_is_what_the_sensor_measures(name: str) -> None:
     looked, effects, seed = evidence(name, 4), load_profile(name).effects, Seed("test", 3)
     motion = Motion.along(looked.run.trajectory)
     sensor = Sensor(Caster(looked.scene), looked.camera, effects, looked.materials)
-    replay = Replay(sensor.caster, looked.materials, looked.camera, motion)
+    replay = Replay(sensor.caster, looked.materials, motion)
     for frame in looked.frames.values():
         keys = {"index": frame.index, "stamp": frame.stamp, "seed": seed, "motion": motion, "threads": 1}
         measured = sensor.measure(frame.pose, **keys)

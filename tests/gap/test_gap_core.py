@@ -16,7 +16,7 @@ from depthsim.gap.depth.data import counting, histograms
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.covariates import covariates
 from depthsim.gap.depth.data.divergence import Ruler
-from depthsim.gap.depth.data.frames import select_frames
+from depthsim.gap.depth.data.frames import MARGIN, inner_rows, select_frames, select_rows
 from depthsim.gap.depth.data.quantization import _steps_of
 from depthsim.gap.depth.fit.candidates import candidates
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
@@ -105,6 +105,7 @@ def _count(units: NDArray[np.uint16], clean: NDArray[np.float32], kind: int) -> 
     per_spread, across = np.full(pixels, 100, np.float32), np.zeros(pixels, np.float32)
     histograms.errors(units.reshape(-1), unit, flat, per_spread, error, coarse)
     bins = np.zeros((len(histograms.BINS), pixels), np.uint8)
+    rows = np.arange(units.shape[0])
     histograms.codes(
         units.reshape(-1),
         unit,
@@ -116,12 +117,11 @@ def _count(units: NDArray[np.uint16], clean: NDArray[np.float32], kind: int) -> 
         coarse,
         np.empty(0, np.uint8),
         np.array(histograms.STEPS, np.float32),
-        0,
-        1,
+        rows,
         bins,
     )
     kinds, offsets, size = np.array([kind]), np.array([0]), int(histograms.BINS[kind])
-    rows, cells = np.arange(units.shape[0]), np.zeros((1, pixels), np.uint16)
+    cells = np.zeros((1, pixels), np.uint16)
     where = counting.places(cells, kinds, offsets, size, rows=rows, across=across, follows=False)
     counts = np.zeros(size + counting.SPARE, np.uint32)
     counting.count(bins, kinds, where, counts)
@@ -187,13 +187,38 @@ def test_roots_have_the_squared_hellinger_distance() -> None:
 
 
 @pytest.mark.parametrize("count", [2, 3, 7, 10, 40, 41, 300, 10_000])
-@pytest.mark.parametrize("pixels", [10_000, 100_000, 400_000, 2_000_000])
-def test_blocks_are_disjoint_and_span_the_run(count: int, pixels: int) -> None:
-    blocks = select_frames(count, pixels, DepthData())
+@pytest.mark.parametrize("width", [100, 424, 1280, 16_384])
+def test_blocks_are_disjoint_and_span_the_run(count: int, width: int) -> None:
+    blocks = select_frames(count, width, DepthData())
     frames = np.concatenate(blocks)
     assert len(blocks) >= 2
     assert len(np.unique(frames)) == len(frames) <= 45
     assert frames.min() == 0 and frames.max() == count - 1
+
+
+@pytest.mark.parametrize("count", [2, 10, 35, 300, 10_000])
+@pytest.mark.parametrize("size", [(212, 120), (424, 240), (640, 480), (848, 480), (1280, 720), (4096, 3072)])
+def test_the_pixels_that_are_looked_at_keep_to_their_budget(count: int, size: tuple[int, int]) -> None:
+    limit, (width, height) = DepthData(), size
+    camera = Camera(width=width, height=height, fx=400, fy=400, cx=width / 2, cy=height / 2, baseline=0.05)
+    blocks = select_frames(count, width, limit)
+    windows = select_rows(blocks, camera, 3 if len(blocks) >= limit.least_blocks else 2, limit)
+    looked_at = sum(len(block) * window.height * width for block, window in zip(blocks, windows, strict=True))
+    least = limit.least_rows * width * limit.least_frames
+    whole = sum(map(len, blocks)) * width * height
+    assert min(whole, 0.9 * limit.pixels) <= looked_at <= max(limit.pixels, least)
+    assert len({window.height for window in windows}) == 1
+    if whole <= limit.pixels:
+        assert all(window is camera for window in windows)
+    elif len(blocks) > 12:
+        for part in range(3):  # each sees the picture from its first row to its last, evenly
+            firsts = sorted(window.rows[0] for window in windows[part::3])
+            assert np.ptp(np.diff(firsts)) <= 1 and firsts[0] == 0
+            assert max(window.rows[-1] for window in windows[part::3]) == height - 1
+        for window in windows:
+            beside = np.setdiff1d(np.arange(height), window.rows)
+            far = np.abs(window.rows[:, None] - beside).min(axis=1) > MARGIN
+            np.testing.assert_array_equal(inner_rows(window), far)
 
 
 def test_the_bank_is_the_registry() -> None:

@@ -25,6 +25,9 @@ from depthsim.sensor.effect import effect_ids
 from depthsim.trajectory import Trajectory
 
 FRAMES = 24
+CAMERA = ROOM_CAMERA.model_copy(
+    update={"width": 112, "height": 84, "fx": 63.0, "fy": 63.0, "cx": 55.5, "cy": 41.5}
+)  # as much to see, by half as many pixels
 STAMPS = 50 + np.arange(FRAMES) / 10
 BASE = Profile(name="made", effects=(effect_class("disparity_noise")(sigma=0.03),))
 BANK = {"pose_noise", "fixed_pattern", "disparity_noise", "time_offset", "baseline_scale", "extrinsic_rotation",
@@ -51,7 +54,7 @@ def record(scene: Scene, folder: Path, off: Array | None = None, **effects: dict
     profile = BASE.model_copy(
         update={"effects": (*BASE.effects, *(effect_class(i)(**keys) for i, keys in effects.items()))}
     )
-    generate(scene, path(), ROOM_CAMERA, profile, folder, seed=4)
+    generate(scene, path(), CAMERA, profile, folder, seed=4)
     run = Run.open(folder)
     if off is None:
         return run
@@ -99,7 +102,7 @@ def test_poses_that_are_off_are_a_cause(scene: Scene, shaken: Run, tmp_path: Pat
 
 
 def test_without_it_nothing_is_registered(scene: Scene, shaken: Run) -> None:
-    found = found_in(shaken, scene, "pose_noise")
+    found = found_in(shaken, scene, *(BANK - {"disparity_noise", "extrinsic_rotation"}))
     assert "pose_noise" not in [cause.effect for cause in found.causes] and not any("regist" in n for n in found.notes)
 
 
@@ -151,8 +154,8 @@ class Dented(Run):
         v, u = np.mgrid[: z.shape[0], : z.shape[1]]
         dents = np.zeros(z.shape)
         for at, size, depth in (
-            ((40, 30), 12, 1), ((110, 60), 15, 1), ((80, 20), 10, -1), ((20, 70), 14, -1), ((130, 20), 12, -1),
-            ((75, 70), 12, -1),
+            ((28, 21), 8.4, 1), ((77, 42), 10.5, 1), ((56, 14), 7, -1), ((14, 49), 9.8, -1), ((91, 14), 8.4, -1),
+            ((52, 49), 8.4, -1),
         ):  # fmt: skip
             dents += 0.12 * depth / (1 + (((u - at[0]) ** 2 + (v - at[1]) ** 2) / size**2) ** 2)
         fb = self.camera.focal_baseline

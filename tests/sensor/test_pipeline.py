@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from shapes import as_scene, box, quad
 
 import depthsim
 from depthsim.camera import Camera
-from depthsim.gap.depth.data.frames import CleanFrame
+from depthsim.gap.depth.data.frames import CleanFrame, inner_rows
 from depthsim.gap.depth.data.simulate import FITTING, Replay
 from depthsim.materials import load_materials
 from depthsim.raycast import Caster
@@ -45,8 +46,8 @@ def agree(effects: list[Effect], kind: str, seed: int = 7) -> None:
     seen = Sensor(caster(kind), CAMERA, effects, materials).measure(pose, **keys)
     none = np.empty(0, np.float32)
     met = caster(kind).cast(CAMERA, pose, right=True)
-    frame = CleanFrame(INDEX, STAMP, pose, met, none, none, np.empty((0, 0), np.uint16))
-    replay = Replay(caster(kind), materials, CAMERA, MOVING)
+    frame = CleanFrame(INDEX, STAMP, pose, CAMERA, CAMERA.rows, met, none, none, np.empty((0, 0), np.uint16))
+    replay = Replay(caster(kind), materials, MOVING)
     for _ in range(2):
         np.testing.assert_array_equal(replay.measure(acting(effects), frame, seed), seen.depth_raw)
     assert met.hit.all() if kind == "closed" else 0.1 < met.hit.mean() < 0.9
@@ -62,6 +63,34 @@ def test_the_diagnosis_simulates_what_a_profile_measures(name: str, kind: str) -
 @pytest.mark.parametrize("name", effect_ids())
 def test_the_diagnosis_simulates_what_an_effect_does(name: str, kind: str) -> None:
     agree([effect_class(name)()], kind)
+
+
+def _taken(effects: list[Effect], camera: Camera, seed: int) -> NDArray[np.float64]:
+    """The disparity that the diagnosis makes of a frame [px], NaN in holes."""
+    pose, none = MOVING.at(STAMP)[0], np.empty(0, np.float32)
+    met = caster("closed").cast(camera, pose, right=True)
+    frame = CleanFrame(INDEX, STAMP, pose, camera, camera.rows, met, none, none, np.empty((0, 0), np.uint16))
+    units = Replay(caster("closed"), load_materials(), MOVING).measure(acting(effects), frame, seed).astype(float)
+    return camera.focal_baseline / np.where(units > 0, units * camera.depth_scale, np.nan)
+
+
+@pytest.mark.parametrize("name", effect_ids())
+def test_some_rows_are_simulated_as_the_whole_picture_is(name: str) -> None:
+    given = {"grid": ((0.1, 0.3, -0.2), (0.4, -0.2, 0.1))} if name == "fixed_pattern" else {}
+    effects = [effect_class(name)(**given)]
+    camera = Camera(width=212, height=180, fx=120, fy=120, cx=105.5, cy=89.5, baseline=0.05, depth_scale=1e-4)
+    window = camera.window(np.r_[0:60, 90:150])
+    inner = inner_rows(window)
+    rows = window.rows[inner]
+    whole, part = ([_taken(effects, c, seed)[i] for seed in range(12)] for c, i in ((camera, rows), (window, inner)))
+    if np.array_equal(whole[0], whole[1], equal_nan=True):  # nothing is drawn
+        assert np.isclose(part[0], whole[0], atol=1e-3, rtol=0, equal_nan=True).mean() > 0.999
+        return
+    clean = _taken([], camera, 1)[rows]
+    assert np.isnan(part).mean() == pytest.approx(np.isnan(whole).mean(), abs=0.01)
+    for some in np.array_split(np.arange(len(clean)), 2):  # what changes with the row must change alike
+        a, b = (np.nanstd((np.array(x) - clean)[:, some]) for x in (part, whole))
+        assert a == pytest.approx(b, rel=0.3, abs=0.01)
 
 
 @pytest.mark.parametrize("seed", [7, FITTING])

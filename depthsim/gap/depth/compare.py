@@ -141,7 +141,7 @@ def _weighted(a: Evidence, b: Evidence, limit: DepthCompare) -> tuple[Floats, Fl
 
 def _recounted(one: Evidence, correction: tuple[object, ...]) -> Floats:
     def count(block: int) -> Floats:
-        return one.recount(block, (one.run.depth_raw(int(i)) for i in one.blocks[block]), correction)
+        return one.recount(block, (one.recorded(int(i)) for i in one.blocks[block]), correction)
 
     return np.stack(one.each(count, range(len(one.blocks))))
 

@@ -14,7 +14,7 @@ from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import MEASURE, UNIT
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.load import load_evidence, notes_of
-from depthsim.gap.depth.data.registration import PoseErrors
+from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
@@ -95,7 +95,7 @@ def investigate(
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
     say("casting the scene")
     given, profile = load_evidence(run, scene, sensor, materials, threads, config)
-    if given.camera.aligned:  # as its simulations are, too
+    if given.camera.aligned or given.rows < given.camera.height:  # as its simulations are, too; or in bands of rows
         without = (*without, AlignToColor.id)
 
     # Is there a gap?

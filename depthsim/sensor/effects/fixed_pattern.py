@@ -85,14 +85,14 @@ class FixedPattern(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Add the pattern."""
-        shape = frame.camera.shape
+        shape = frame.camera.whole.shape
         if self.grid is None:
             draws = frame.draws(self.id).of_frame(0)
             pattern = _random(draws.key.tobytes(), shape, self.size)
         else:
             pattern = _shaped(self.grid, shape)
         scaled = frame.empty()
-        np.multiply(pattern, _f(self.amplitude), out=scaled)
+        np.multiply(pattern[frame.camera.rows], _f(self.amplitude), out=scaled)
         frame.run(_add, scaled.reshape(-1), frame.disparity.reshape(-1))
 
 

@@ -196,8 +196,8 @@ class VignettingNoise(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Add the variance of the noise."""
-        rays = frame.camera.rays
-        corners = rays[:, :: max(rays.shape[1] - 1, 1), :: max(rays.shape[2] - 1, 1)].astype(np.float64)
+        rays, whole = frame.camera.rays, frame.camera.whole.rays
+        corners = whole[:, :: max(whole.shape[1] - 1, 1), :: max(whole.shape[2] - 1, 1)].astype(np.float64)
         farthest = max(float((corners**2).sum(axis=0).max()), 1e-12)
         x, y = rays.reshape(2, -1)
         if self.corner:

@@ -2,8 +2,6 @@
 
 from typing import ClassVar
 
-import numpy as np
-
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.view import View
 
@@ -35,5 +33,5 @@ class RollingShutter(Effect):
 
     def bend(self, view: View) -> None:
         """Give every row the pose of its own time."""
-        height = view.camera.height
-        view.pose = view.motion.at(view.stamp + self.readout * ((np.arange(height) + 0.5) / height - 0.5))
+        height = view.camera.whole.height
+        view.pose = view.motion.at(view.stamp + self.readout * ((view.camera.rows + 0.5) / height - 0.5))

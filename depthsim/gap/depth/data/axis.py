@@ -50,7 +50,7 @@ class Axis:
 
 
 def frame_cells(
-    axes: list[Axis], c: Covariates, frame: int, mask: NDArray[np.bool_] | None, rows: slice
+    axes: list[Axis], c: Covariates, frame: int, mask: NDArray[np.bool_] | None, rows: NDArray[np.intp]
 ) -> NDArray[np.uint16]:
     """(axes, pixels of ``rows``): the cell of each pixel on each axis; NO_CELL where it is not counted."""
     out = np.empty((len(axes), c.depth[rows].size), np.uint16)

@@ -20,7 +20,7 @@ _JUMP = 0.04
 
 @dataclass
 class Covariates:
-    """Per pixel of a frame, each (height, width); what nothing was hit by has depth 0.
+    """Per pixel of what ``camera`` sees of a frame, each (height, width); what nothing was hit by has depth 0.
 
     depth [m], tag and face as cast; cosine of the incidence; normal (3, …) in the world; height over the world's
     ground [m]; slope_x, slope_y: change of depth [m] per unit of the ray's x and y; drift: change of depth with time
@@ -29,6 +29,7 @@ class Covariates:
     toward: the normal points to the camera's side.
     """
 
+    camera: Camera
     depth: NDArray[np.float32]
     tag: NDArray[np.uint8]
     face: NDArray[np.int32]
@@ -81,6 +82,7 @@ def covariates(
     _edges(z, np.abs(slope_x) / _f(camera.fx), np.abs(slope_y) / _f(camera.fy), edge, across)
     hidden = np.zeros(z.shape, np.bool_) if geometry.right_sees is None else geometry.right_sees == 0
     return Covariates(
+        camera=camera,
         depth=z,
         tag=geometry.tag,
         face=geometry.face,

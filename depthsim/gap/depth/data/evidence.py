@@ -17,7 +17,7 @@ from depthsim.gap.depth.data.axes import make_axes
 from depthsim.gap.depth.data.axis import Axis, frame_cells, layout
 from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
-from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, select_frames
+from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, inner_rows, select_frames, select_rows
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.regions import region_name, split_scene
@@ -34,6 +34,8 @@ from depthsim.sensor.pipeline import acting
 
 Counts = NDArray[np.uint32]
 T = TypeVar("T")
+_REMEMBERED = 48
+"""Sensors whose counts over some blocks are kept."""
 
 
 class Evidence:
@@ -59,36 +61,36 @@ class Evidence:
         self.threads = threads or core_count()
         self.caster: Caster = like.caster if like is not None and like.scene is scene else Caster(scene)
         self.motion = Motion.along(run.trajectory, run.truth)
-        self._replay = Replay(self.caster, materials, run.camera, self.motion)
+        self._replay = Replay(self.caster, materials, self.motion)
         self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
         self.base = tuple(base)
-        self.stride = max(1, round(run.camera.width * run.camera.height / config.data.pixels_of_frame))
-        self.blocks = select_frames(len(run), run.camera.width * run.camera.height, config.data)
+        self.blocks = select_frames(len(run), run.camera.width, config.data)
         if len(self.blocks) < 2:
             raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to validate", "give 2 or more")
+        windows = select_rows(self.blocks, run.camera, self._parts, config.data)
+        self.windows = {int(i): window for window, block in zip(windows, self.blocks, strict=True) for i in block}
+        self.rows = windows[0].height
+        self.stride = max(1, round(self.rows * run.camera.width / config.data.pixels_of_frame))
         self.frames: dict[int, CleanFrame] = {}
         self._look(like)
         self.real: dict[int, Counts] = {}
+        self._totals: dict[str, Counts] = {}
         self._count_real()
-
-    def _first_row(self, index: int) -> int:
-        """Where the rows that are counted begin: another one for every frame, so that all rows have their turn."""
-        return index % self.stride
 
     @property
     def counted_of_frame(self) -> int:
         """About how many pixels of a frame are counted."""
-        return self.camera.width * self.camera.height // self.stride
+        return self.camera.width * self.rows // self.stride
 
     @property
     def train(self) -> list[int]:
         """The blocks that parameters are fitted on."""
-        return list(range(0, len(self.blocks), 3 if self.in_three else 2))
+        return list(range(0, len(self.blocks), self._parts))
 
     @property
     def held_out(self) -> list[int]:
         """The blocks that causes are selected on."""
-        return list(range(1, len(self.blocks), 3 if self.in_three else 2))
+        return list(range(1, len(self.blocks), self._parts))
 
     @property
     def test(self) -> list[int]:
@@ -99,6 +101,10 @@ class Evidence:
     def in_three(self) -> bool:
         """Whether there are enough blocks for three parts."""
         return len(self.blocks) >= self.config.data.least_blocks
+
+    @property
+    def _parts(self) -> int:
+        return 3 if self.in_three else 2
 
     def forget(self, kept: Sequence[int]) -> None:
         """Let go of the geometry of all blocks but those, which is most of what is kept in memory."""
@@ -119,8 +125,20 @@ class Evidence:
         return np.stack(self.each(one, blocks))
 
     def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
-        """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly."""
+        """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly.
+
+        The last few are remembered, as one fit begins where another ended.
+        """
         ordered = acting(effects)
+        key = repr(([(e.id, e) for e in ordered], list(blocks), seed))
+        if (known := self._totals.pop(key, None)) is None:
+            known = self._total(ordered, blocks, seed)
+        self._totals[key] = known
+        if len(self._totals) > _REMEMBERED:
+            del self._totals[next(iter(self._totals))]
+        return known
+
+    def _total(self, ordered: Sequence[Effect], blocks: Sequence[int], seed: Seed) -> Counts:
         frames = [int(i) for b in blocks for i in self.blocks[b]]
         first = {int(self.blocks[b][0]) for b in blocks}
 
@@ -132,8 +150,21 @@ class Evidence:
 
         return np.asarray(np.sum(self.each(one, range(self.threads)), axis=0, dtype=np.uint32))
 
+    def recorded(self, index: int) -> NDArray[np.uint16]:
+        """(rows, width) the rows of a frame that are looked at, as the recording has them."""
+        return self._cut(self.run.depth_raw(index), index)
+
+    def trusted(self, index: int) -> NDArray[np.bool_] | None:
+        """(rows, width) where the scene may be trusted in these rows; None for a run without masks."""
+        mask = self.run.mask(index)
+        return None if mask is None else self._cut(mask, index)
+
+    def _cut(self, picture: NDArray[Any], index: int) -> NDArray[Any]:
+        window = self.windows[index]
+        return picture if window is self.camera else picture[window.rows]
+
     def pictures(self, effects: Sequence[Effect], block: int, seed: Seed) -> list[NDArray[np.uint16]]:
-        """The frames of a block as a sensor with ``effects`` stores them."""
+        """What is looked at of the frames of a block, each (rows, width), as a sensor with ``effects`` stores it."""
         ordered = acting(effects)
         return [self._measure(ordered, int(i), seed) for i in self.blocks[block]]
 
@@ -163,7 +194,7 @@ class Evidence:
     ) -> NDArray[Any]:
         """(size,) counts of some frames in a row. ahead: whether the picture of the frame before them comes first."""
         counts = np.zeros(self.size + counting.SPARE, np.uint32 if correction is None else np.float64)
-        pixels = self.camera.width * self.camera.height
+        pixels = self.camera.width * self.rows
         unit, focal_baseline = np.float32(self.camera.depth_scale), np.float32(self.camera.focal_baseline)
         error, bins = np.empty(pixels, np.float32), np.empty((int(self.kinds.max()) + 1, 0), np.uint8)
         before, steps = np.empty(0, np.uint8), np.array(self.cuts.steps, np.float32)
@@ -179,7 +210,7 @@ class Evidence:
                 continue
             histograms.codes(
                 raw, unit, clean, frame.across, focal_baseline, self.camera.width, error, coarse, before,
-                steps, self._first_row(index), self.stride, bins,
+                steps, frame.counted, bins,
             )  # fmt: skip
             if correction is None:
                 counting.count(bins, self.kinds, frame.places, counts)
@@ -190,7 +221,7 @@ class Evidence:
 
     def _count_real(self) -> None:
         def one(block: int) -> Counts:
-            return self._count(block, (self.run.depth_raw(int(i)) for i in self.blocks[block]))
+            return self._count(block, (self.recorded(int(i)) for i in self.blocks[block]))
 
         numbers = range(len(self.blocks))
         self.real = dict(zip(numbers, self.each(one, numbers), strict=True))
@@ -208,13 +239,16 @@ class Evidence:
         """Cast every frame, and cut the axes."""
         frames = [int(i) for block in self.blocks for i in block]
 
-        def cast(index: int) -> tuple[Geometry, Covariates]:
-            pose, stamp = self.run.poses[index], float(self.run.stamps[index])
-            met = cast_clean(self.caster, self.camera, pose)
-            return met, covariates(met, pose, self.camera, self.scene, self.motion, stamp)
+        def cast(index: int) -> Geometry:
+            return cast_clean(self.caster, self.windows[index], self.run.poses[index])
 
         looked = dict(zip(frames, self.each(cast, frames), strict=True))
-        sample = [looked[i][1] for i in frames[:: max(1, len(frames) // 10)]]
+
+        def known(index: int) -> Covariates:
+            pose, stamp = self.run.poses[index], float(self.run.stamps[index])
+            return covariates(looked[index], pose, self.windows[index], self.scene, self.motion, stamp)
+
+        sample = self.each(known, frames[:: max(1, len(frames) // 10)])
         region_of_face = split_scene(self.scene)
         self.depths = np.concatenate([c.depth[c.depth > 0][::53] for c in sample] or [np.zeros(1, np.float32)])
         self.depths = self.depths if len(self.depths) else np.ones(1, np.float32)
@@ -223,17 +257,19 @@ class Evidence:
             partial(region_name, self.scene, region_of_face), self.config.data,
         )  # fmt: skip
         some = [int(block[0]) for block in self.blocks[:: max(1, len(self.blocks) // 8)]]
-        cuts.own_steps = find_steps(self.run, ((i, looked[i][1].depth) for i in some), self.config.data)
+        cuts.own_steps = find_steps(self.camera, ((self.recorded(i), looked[i].depth) for i in some), self.config.data)
         if like is not None:
             cuts = replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times)
         self.cuts, self.axes = cuts, make_axes(cuts)
         self.kinds, self.offsets, self.size = layout(self.axes)
         first_of_block = {int(block[0]) for block in self.blocks}
         for index in frames:
-            met, found = looked[index]
+            # Another row comes first in every frame, so that all have their turn.
+            counted = np.flatnonzero(inner_rows(self.windows[index]))[index % self.stride :: self.stride]
+            none = np.empty(0, np.float32)
             self.frames[index] = CleanFrame(
-                index, float(self.run.stamps[index]), self.run.poses[index], met, found.across.reshape(-1),
-                np.empty(0, np.float32), np.empty((0, 0), np.uint16),
+                index, float(self.run.stamps[index]), self.run.poses[index], self.windows[index], counted,
+                looked[index], none, none, np.empty((0, 0), np.uint16),
             )  # fmt: skip
         if like is None:
             # A pixel's own spread: an error of the pose moves the whole frame.
@@ -243,13 +279,14 @@ class Evidence:
             cuts.spread_cuts, cuts.spread = spread_of(simulated, self.camera.depth_scale, len(self.scene.tags))
 
         def cut(index: int) -> None:
-            frame, found = self.frames[index], looked.pop(index)[1]
+            # The covariates again: those of all frames at once would take more memory than all else.
+            frame, found = self.frames[index], known(index)
+            frame.across = found.across.reshape(-1)
             frame.per_spread = cuts.per_spread(found.depth, found.tag).reshape(-1)
-            rows = slice(self._first_row(index), None, self.stride)
-            cells = frame_cells(self.axes, found, index, self.run.mask(index), rows)
+            cells = frame_cells(self.axes, found, index, self.trusted(index), frame.counted)
             frame.places = counting.places(
-                cells, self.kinds, self.offsets, self.size, rows=np.arange(self.camera.height)[rows],
-                across=found.across[rows].reshape(-1), follows=index not in first_of_block,
+                cells, self.kinds, self.offsets, self.size, rows=frame.counted,
+                across=found.across[frame.counted].reshape(-1), follows=index not in first_of_block,
             )  # fmt: skip
 
         self.each(cut, frames)

@@ -1,6 +1,15 @@
-"""Which frames of a recording a diagnosis looks at, and what is known of them before any sensor has looked."""
+"""What a diagnosis looks at of a recording, and what is known of it before any sensor has looked.
 
+The work is bounded by a budget of pixels. Frames are in blocks over the whole time. Of large frames it is bands of rows
+in full width: what goes on beside an edge or between neighbours needs pixels that hang together, and all columns that
+the right imager sees. A block has one in each third of the picture, so that blocks show the same kinds of things, and
+every block other ones, so that each part of the blocks (see :class:`Evidence`) sees the picture from top to bottom.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from math import gcd
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,18 +18,25 @@ from depthsim.camera import Camera
 from depthsim.gap.config import DepthData
 from depthsim.raycast import Caster, Geometry
 
+BANDS = 3
+MARGIN = 12
+"""[px] Rows at a cut that are simulated and not counted, as effects act on them from beyond the cut."""
+
 
 @dataclass
 class CleanFrame:
     """One frame without a sensor.
 
-    across: (pixels,) the clean depth beyond an edge [m], 0 where there is none. per_spread: (pixels,) 1 over the
-    simulator's own spread of the depth [1/m]. places: (axes, pixels that are counted), see :func:`counting.places`.
+    camera: that of the rows that are looked at; counted: which of them are counted. across: (pixels,) the clean
+    depth beyond an edge [m], 0 where there is none. per_spread: (pixels,) 1 over the simulator's own spread of the
+    depth [1/m]. places: (axes, pixels that are counted), see :func:`counting.places`.
     """
 
     index: int
     stamp: float
     pose: NDArray[np.float64]
+    camera: Camera
+    counted: NDArray[np.intp]
     geometry: Geometry
     across: NDArray[np.float32]
     per_spread: NDArray[np.float32]
@@ -49,15 +65,44 @@ def _beside(camera: Camera, x: float) -> Camera:
     return Camera.model_construct(**{**dict(camera), **plain})
 
 
-def select_frames(count: int, pixels: int, limit: DepthData) -> list[NDArray[np.int64]]:
-    """Blocks of frames in a row, spread over the run; a short run is taken whole.
+def select_frames(count: int, width: int, limit: DepthData) -> list[NDArray[np.int64]]:
+    """Blocks of frames in a row, spread over the run; a short run is taken whole. width: of a frame [px].
 
     Neighbours in time are alike, and a block is never parted between fitting and validating.
     """
-    wanted = int(np.clip(limit.pixels // max(pixels, 1), limit.least_frames, limit.most_frames))
+    wanted = int(np.clip(limit.pixels // (width * limit.least_rows), limit.least_frames, limit.most_frames))
     length = int(np.clip(min(count, wanted) // 10, 1 if count < 8 else 2, limit.block))
     number = max(min(count, wanted) // length, 1)
     if count <= wanted + length:
         return [block for block in np.array_split(np.arange(count), number) if len(block)]
     starts = np.linspace(0, count - length, number).round().astype(np.int64)
     return [np.arange(start, start + length) for start in np.unique(starts)]
+
+
+def select_rows(blocks: Sequence[NDArray[np.int64]], camera: Camera, parts: int, limit: DepthData) -> list[Camera]:
+    """The camera that each block is looked at with: the whole one, or the rows of a band in each third of its picture.
+
+    parts: every ``parts``-th block is in one part. Its bands are spread evenly from the first row to the last, in an
+    order that has little to do with time. All blocks have as many rows.
+    """
+    rows = max(limit.pixels // (sum(map(len, blocks)) * camera.width), limit.least_rows) // BANDS
+    if BANDS * rows >= camera.height or camera.aligned:  # the imagers of an aligned camera have other rows
+        return [camera] * len(blocks)
+    found = []
+    for number in range(len(blocks)):
+        part, place = number % parts, number // parts
+        count = len(range(part, len(blocks), parts))
+        turn = next(k for k in range(round(0.62 * count) or 1, count + 2) if gcd(k, count) == 1)
+        share = (place * turn + part * count // parts) % count / max(count - 1, 1)
+        ends = np.linspace(0, camera.height, BANDS + 1)
+        firsts = [round(a + share * (b - a - rows)) for a, b in pairwise(ends)]
+        found.append(camera.window(np.concatenate([np.arange(first, first + rows) for first in firsts])))
+    return found
+
+
+def inner_rows(camera: Camera) -> NDArray[np.bool_]:
+    """(height,): which rows are not near a cut."""
+    rows = np.concatenate([[-1], camera.rows, [camera.whole.height]])
+    cuts = np.flatnonzero(np.diff(rows) > 1)  # above these
+    near = np.abs(np.arange(camera.height)[:, None] + 0.5 - cuts).min(axis=1, initial=np.inf) < MARGIN
+    return np.asarray(~near)

@@ -107,17 +107,17 @@ def _pair(one, other, out):
 
 @kernel
 def codes(  # noqa: ANN201 - numba
-    units, unit, clean, across, focal_baseline, width, error, coarse, coarse_before, steps, first, stride, out
+    units, unit, clean, across, focal_baseline, width, error, coarse, coarse_before, steps, rows, out
 ):  # fmt: skip
-    """The bin of each pixel in each kind of histogram, for every ``stride``-th row from row ``first`` on.
+    """The bin of each pixel in each kind of histogram, for some rows.
 
     out: (kinds, pixels of those rows) uint8. What has no bin, such as the difference from a neighbour beyond the
     border, is left as it is: :func:`depthsim.gap.depth.data.counting.places` sees to it that it is counted nowhere.
     coarse_before is empty where there is no frame before. steps: (any number,) [px].
     """
     by = np.empty(width, np.float32)
-    for row in range(out.shape[1] // width):
-        v = first + row * stride
+    for row in range(rows.size):
+        v = rows[row]
         begin, end, at, till = v * width, (v + 1) * width, row * width, (row + 1) * width
         e, raw, true, c = error[begin:end], units[begin:end], clean[begin:end], coarse[begin:end]
         _error(e, raw, true, out[0, at:till])

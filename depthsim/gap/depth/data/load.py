@@ -33,8 +33,14 @@ def load_evidence(
 
 def notes_of(evidence: Evidence) -> tuple[str, ...]:
     """What a reader must know besides."""
-    looked, whole = sum(map(len, evidence.blocks)), len(evidence.run)
-    notes = [f"{looked} of {whole} frames were looked at, in {len(evidence.blocks)} blocks"] if looked < whole else []
+    looked, whole, notes = sum(map(len, evidence.blocks)), len(evidence.run), []
+    if looked < whole:
+        notes.append(f"{looked} of {whole} frames were looked at, in {len(evidence.blocks)} blocks")
+    if evidence.rows < evidence.camera.height:
+        notes.append(
+            f"of each frame {evidence.rows} of its {evidence.camera.height} rows were looked at, in bands, other rows "
+            "in every block"
+        )
     poses = evidence.run.poses
     if len(poses) > 1 and np.abs(poses - poses[0]).max() < 1e-6:
         notes.append("the camera stands still: errors of pose, time and motion cannot be seen")

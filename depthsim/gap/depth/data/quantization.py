@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.gap.config import DepthData
-from depthsim.runs import Run
 
 _CELL, _SPAN = 1 / 1024, 256.0
 """Width of the histogram's cells, and of the whole [px]."""
@@ -19,16 +18,16 @@ _LEAST_PIXELS = 2000
 
 
 def find_steps(
-    run: Run, frames: Iterable[tuple[int, NDArray[np.float32]]], limit: DepthData
+    camera: Camera, frames: Iterable[tuple[NDArray[np.uint16], NDArray[np.float32]]], limit: DepthData
 ) -> tuple[float, float] | None:
     """The step [px], and where the steps begin, in steps from -0.5 to 0.5; None where none are seen.
 
-    frames: the number of each, and the depth of the scene there [m].
+    frames: what was recorded of each, and the depth of the scene there [m].
     """
     seen, there = [], []
-    for index, depth in frames:
-        seen.append(_disparities(run.camera, run.depth_raw(index).reshape(-1)[::3]))
-        there.append(_disparities(run.camera, np.round(depth.reshape(-1)[::3] / run.camera.depth_scale)))
+    for raw, depth in frames:
+        seen.append(_disparities(camera, raw.reshape(-1)[::3]))
+        there.append(_disparities(camera, np.round(depth.reshape(-1)[::3] / camera.depth_scale)))
     if min(sum(map(len, seen)), sum(map(len, there))) <= _LEAST_PIXELS:
         return None
     return _steps_of(np.concatenate(seen), np.concatenate(there), limit)

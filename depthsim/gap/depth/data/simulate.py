@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.camera import Camera
 from depthsim.draws import Seed
 from depthsim.gap.depth.data.frames import CleanFrame
 from depthsim.materials import Materials
@@ -26,28 +25,30 @@ _CASTS = 2
 class Replay:
     """A camera on its way through a scene; safe to be asked from many threads."""
 
-    def __init__(self, caster: Caster, materials: Materials, camera: Camera, motion: Motion) -> None:
-        self._pipeline, self._motion = Pipeline(caster, camera, materials), motion
+    def __init__(self, caster: Caster, materials: Materials, motion: Motion) -> None:
+        self._caster, self._materials, self._motion = caster, materials, motion
         self._own = threading.local()
         self._casts: dict[int, list[tuple[list[Effect], bool, Geometry]]] = {}
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
-        """(height, width) the frame as the sensor with ``effects``, as :func:`acting` orders them, stores it."""
-        effects, scratch = self._pipeline.all_of(effects), Scratch.of_thread(self._own)
+        """(rows, width) what is looked at of a frame, as a sensor with ``effects``, in :func:`acting` order, has it."""
+        scratch = Scratch.of_thread(self._own)
+        pipeline = Pipeline(self._caster, frame.camera, self._materials)
+        effects = pipeline.all_of(effects)
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch)
-        met = self._bent(effects, exposure) if bending(effects) else frame.geometry
+        met = self._bent(pipeline, effects, exposure) if bending(effects) else frame.geometry
         depth = scratch.empty(met.depth.shape)
         depth[:] = met.depth
-        return self._pipeline.apply(effects, met, depth, exposure)
+        return pipeline.apply(effects, met, depth, exposure)
 
-    def _bent(self, effects: Sequence[Effect], exposure: Exposure) -> Geometry:
+    def _bent(self, pipeline: Pipeline, effects: Sequence[Effect], exposure: Exposure) -> Geometry:
         """What bent rays meet. The last few casts for fitting are kept: the bank is tried on top of one bent sensor."""
         own, right = bending(effects), any(effect.needs_right for effect in effects)
         kept = self._casts.get(exposure.index, []) if exposure.seed == FITTING else []
         for others, with_right, known in kept:
             if others == own and (with_right or not right):
                 return known
-        met = self._pipeline.cast_bent(own, exposure, right=right)
+        met = pipeline.cast_bent(own, exposure, right=right)
         if exposure.seed == FITTING:
             self._casts[exposure.index] = [(own, right, met), *kept][:_CASTS]
         return met

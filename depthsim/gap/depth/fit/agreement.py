@@ -89,7 +89,8 @@ def disagreement(
     """
     if makes_steps(validator, before, after):  # which nothing else does
         return None
-    gap, left, does = against(validator, before), against(validator, after), done_by(validator, before, after)
+    gap, left = validator.once(against, before), validator.once(against, after)
+    does = validator.once(done_by, before, after)
     if effect.kinds[0] == "correlation":
         return _of_pairs(validator, effect, gap, left)
     limit, acts = validator.evidence.config.agreement, does.whole

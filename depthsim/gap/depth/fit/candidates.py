@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap.config import DepthFit
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.registration import PoseErrors
+from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.parameter import Parameter, Setting, learned_of, parameters_of
 

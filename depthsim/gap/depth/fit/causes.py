@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from depthsim.gap.depth.data.registration import PoseErrors
+from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.advice import advice_for
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.select import Selection

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.registration import PoseErrors, register
+from depthsim.gap.depth.data.pose_errors import PoseErrors
+from depthsim.gap.depth.data.registration import register
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.effects.pose_noise import PoseNoise
 

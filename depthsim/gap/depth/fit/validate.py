@@ -1,8 +1,9 @@
 """Validating on frames that nothing was fitted on: how large the gap is, what is closed, and how sure that is."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from depthsim.gap.resampling import jackknife
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
+T = TypeVar("T")
 _REMEMBERED = 24
 """Sensors whose simulated recordings are kept."""
 
@@ -55,10 +57,11 @@ class Validator:
         self.ruler = Ruler.of(evidence.axes)
         self.real = evidence.real_counts(self.blocks)
         self._runs: dict[str, list[Counts]] = {}
+        self._known: dict[tuple[Any, ...], Any] = {}
 
     def runs(self, effects: Sequence[Effect], count: int) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
-        key = repr([(e.id, e) for e in effects])
+        key = _key(effects)
         if key not in self._runs and len(self._runs) >= _REMEMBERED:
             del self._runs[next(iter(self._runs))]
         known = self._runs.setdefault(key, [])
@@ -66,12 +69,23 @@ class Validator:
             known.append(self.simulate(effects, Seed("judging", len(known))))  # a key: another word, other draws
         return known[:count]
 
+    def once(self, work: Callable[..., T], *sensors: Sequence[Effect]) -> T:
+        """What ``work`` finds of some sensors, found once."""
+        key = work, *map(_key, sensors)
+        if key not in self._known:
+            self._known[key] = work(self, *sensors)
+        known: T = self._known[key]
+        return known
+
     def simulate(self, effects: Sequence[Effect], seed: Seed) -> Counts:
         """(blocks, size): a run of the sensor with random numbers that no fit has seen."""
         return self.evidence.simulate(effects, self.blocks, seed)
 
     def score(self, effects: Sequence[Effect]) -> Score:
         """How far the sensor with ``effects`` is from the recording."""
+        return self.once(Validator._score, effects)
+
+    def _score(self, effects: Sequence[Effect]) -> Score:
         nulls = self.config.runs
         runs = [run.sum(axis=0) for run in self.runs(effects, nulls)]
         real = self.real.sum(axis=0)
@@ -91,6 +105,10 @@ class Validator:
         """The gap by one simulated run, or the mean of several."""
         real = self.real.sum(axis=0)
         return float(np.mean([self.ruler.gap(real, run.sum(axis=0)) for run in self.runs(effects, runs)]))
+
+
+def _key(effects: Sequence[Effect]) -> str:
+    return repr([(e.id, e) for e in effects])
 
 
 def excess(ruler: Ruler, seen: Floats, null: Floats, counts: Counts, config: DepthSignificance) -> tuple[float, Floats]:

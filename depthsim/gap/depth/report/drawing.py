@@ -86,7 +86,7 @@ def _samples(found: Findings, sensors: Sequence[tuple[str, str, Sequence[Effect]
     evidence, blocks = found.evidence, found.validator.blocks
 
     def recorded(block: int) -> list[NDArray[np.uint16]]:
-        return [evidence.run.depth_raw(int(i)) for i in evidence.blocks[block]]
+        return [evidence.recorded(int(i)) for i in evidence.blocks[block]]
 
     def simulated(effects: Sequence[Effect]) -> Callable[[int], list[NDArray[np.uint16]]]:
         return lambda block: evidence.pictures(effects, block, _SEED)

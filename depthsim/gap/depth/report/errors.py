@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.data.frames import inner_rows
 from depthsim.gap.report.drawing import Array, Drawn
 
 Floats = NDArray[np.float32]
@@ -21,7 +22,7 @@ _BLOCKS = 4
 
 @dataclass(frozen=True)
 class Sample:
-    """The errors of one sensor in some frames. error: (frames, height, width) in spreads of the simulator, NaN where
+    """The errors of one sensor in some frames. error: (frames, rows, width) in spreads of the simulator, NaN where
     there is no measurement or the scene may not be trusted. holes: share of the pixels that should have a depth.
     """
 
@@ -41,9 +42,10 @@ def sample(evidence: Evidence, name: str, colour: str, blocks: Sequence[int], fr
             frame = evidence.frames[int(index)]
             clean = frame.geometry.depth
             asked = clean > 0
-            mask = evidence.run.mask(int(index))
+            mask = evidence.trusted(int(index))
             if mask is not None:
                 asked &= mask
+            asked &= inner_rows(frame.camera)[:, None]  # pixels beside a cut are no neighbours
             valid = asked & (units > 0) & (units < 65535)
             depth = units * np.float32(evidence.camera.depth_scale)
             error = (depth - clean) * frame.per_spread.reshape(clean.shape)
