@@ -23,7 +23,7 @@ from depthsim.scenefile import load_scene
 from depthsim.scenefile.save import save_scene
 from depthsim.sensor import Effect, Profile, Sensor, load_profile
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import to_depth_raw
+from depthsim.sensor.pipeline import stored_camera, to_depth_raw
 from depthsim.sensor.sensor import Measurement
 from depthsim.trajectory import Trajectory, load_trajectory
 
@@ -64,7 +64,8 @@ def generate(
 
         generate("office", "tour", camera="d435", profile="paper", out="run", frames=60)
 
-    scene, camera, profile, materials: as :class:`~depthsim.sensor.Sensor` takes them. trajectory: as
+    scene, camera, profile, materials: as :class:`~depthsim.sensor.Sensor` takes them; the run's camera.yaml has the
+    camera of the stored pictures, which is a smaller one where effects decimate them. trajectory: as
     :func:`~depthsim.trajectory.load_trajectory` takes it, at the camera's rate; the scene's first by default. Poses
     that are given are the frames'. frames: the first so many.
 
@@ -86,7 +87,7 @@ def generate(
     rate = None if isinstance(trajectory, Trajectory) else camera.rate
     path = load_trajectory(trajectory, scene, rate, frames)
     record = _describe(scene, profile, materials, seed)
-    with RunWriter(out, camera, path, record, streams, truth=truth, overwrite=overwrite) as writer:
+    with RunWriter(out, stored_camera(camera, profile.effects), path, record, streams, truth=truth, overwrite=overwrite) as writer:
         missing, total = writer.missing(), len(path)
         progress(total - len(missing), total)
         if missing:
@@ -152,7 +153,7 @@ class FrameMaker:
             out=previous,
         )
         self._buffers.measurement = measured
-        scene, camera = sensor.caster.scene, sensor.camera
+        scene, camera = sensor.caster.scene, measured.camera
         makers: dict[str, Callable[[], NDArray[Any]]] = {
             "depth": lambda: measured.depth_raw,
             "clean": lambda: to_depth_raw(measured.clean.depth, camera),

@@ -12,6 +12,7 @@ from typing import ClassVar, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict
 
+from depthsim.camera import Camera
 from depthsim.registry import check_words, fault, load_own, load_package, with_ids
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.parameter import Setting, parameter, parameters_of
@@ -47,7 +48,7 @@ class Stage(IntEnum):
     MISSING = 5
     """the former name of HOLES, for effects that were written by it"""
     PROCESSING = 6
-    """what the camera does to the finished picture"""
+    """what is done to the finished picture, which has whole units"""
 
 
 class Effect(BaseModel):
@@ -73,6 +74,8 @@ class Effect(BaseModel):
     """the order within a stage; effects of one rank act in the order of their ids"""
     needs_right: ClassVar[bool] = False
     """whether the effect asks what the right imager sees"""
+    needs_earlier: ClassVar[bool] = False
+    """whether the effect asks for the frames before, :meth:`Frame.earlier`"""
     law: ClassVar[str] = ""
     """what it is a law of, where a sensor has one such law: a fit tries it beside and in place of another one"""
     forms: ClassVar[tuple[Mapping[str, float], ...]] = ({},)
@@ -89,6 +92,14 @@ class Effect(BaseModel):
     def apply(self, frame: Frame) -> None:
         """Change ``frame`` in place; for every later stage."""
         raise NotImplementedError
+
+    def stored(self, camera: Camera) -> Camera:
+        """The camera of the pictures that the effect leaves of those of ``camera``: another where it resizes them."""
+        return camera
+
+    def imager(self, camera: Camera) -> Camera:
+        """The camera whose pictures the effect makes into those of ``camera``: what undoes :meth:`stored`."""
+        return camera
 
     @classmethod
     def suggested(cls, setting: Setting) -> Sequence[Mapping[str, float]]:

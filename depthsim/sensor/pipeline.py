@@ -4,22 +4,22 @@ The sensor takes it for every frame, with what its rays or its stereo matcher ha
 casts that it keeps. So both make the same bits.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
-from depthsim.draws import Seed
 from depthsim.kernels import kernel
 from depthsim.materials import Materials
 from depthsim.parallel import split
 from depthsim.raycast import Caster, Geometry
-from depthsim.scratch import Scratch
 from depthsim.sensor.effect import Effect, Stage, physical_order
-from depthsim.sensor.frame import Frame
-from depthsim.sensor.motion import Motion
+from depthsim.sensor.exposure import Exposure
+from depthsim.sensor.frame import Frame, Surfaces
+from depthsim.sensor.past import Past
 from depthsim.sensor.view import View
 
 SATURATED = 65535
@@ -48,9 +48,23 @@ def to_depth_raw(
     return out
 
 
+def _to_metres(raw: NDArray[np.uint16], camera: Camera, depth: NDArray[np.float32]) -> None:
+    np.multiply(raw, np.float32(camera.depth_scale), out=depth, casting="unsafe")
+
+
 def acting(effects: Sequence[Effect]) -> list[Effect]:
     """Those that change anything, in the order in which they act."""
     return sorted((e for e in effects if not e.is_neutral), key=physical_order)
+
+
+def in_camera(effects: Sequence[Effect]) -> list[Effect]:
+    """Those that make the picture; the others, :func:`after_camera`, are done to it when it is finished."""
+    return [effect for effect in effects if effect.stage < Stage.PROCESSING]
+
+
+def after_camera(effects: Sequence[Effect]) -> list[Effect]:
+    """Those that are done to the finished picture, which has whole units."""
+    return [effect for effect in effects if effect.stage >= Stage.PROCESSING]
 
 
 def bending(effects: Sequence[Effect]) -> list[Effect]:
@@ -58,37 +72,43 @@ def bending(effects: Sequence[Effect]) -> list[Effect]:
     return [effect for effect in effects if effect.stage <= Stage.OPTICS]
 
 
-@dataclass(frozen=True)
-class Exposure:
-    """One frame to be taken. pose: (4, 4) camera to world. index, seed: the key of its random numbers. stamp: [s].
+def stored_camera(camera: Camera, effects: Sequence[Effect]) -> Camera:
+    """The camera of the pictures that are stored, where effects resize those of ``camera``."""
+    for effect in acting(effects):
+        camera = effect.stored(camera)
+    return camera
 
-    motion: where the camera is, in time. scratch: memory for arrays that are done with when the frame is.
-    """
 
-    pose: NDArray[np.float64]
-    motion: Motion
-    seed: int | Seed = 0
-    index: int = 0
-    stamp: float = 0.0
-    threads: int = 1
-    scratch: Scratch = field(default_factory=Scratch)
+def imager_camera(camera: Camera, effects: Sequence[Effect]) -> Camera:
+    """The camera whose frames are stored as pictures of ``camera``: what undoes :func:`stored_camera`."""
+    for effect in reversed(acting(effects)):
+        camera = effect.imager(camera)
+    return camera
 
 
 @dataclass(frozen=True)
 class Pipeline:
-    """A camera in a scene. The effects that its methods take are ordered by :func:`acting`."""
+    """A camera in a scene. The effects that its methods take are ordered by :func:`acting`.
 
-    caster: Caster
+    caster: None where nothing is cast, because the geometry is known from elsewhere.
+    """
+
+    caster: Caster | None
     camera: Camera
     materials: Materials
+    scene: Surfaces
 
-    def cast_bent(
+    def cast(
         self, effects: Sequence[Effect], exposure: Exposure, *, right: bool, out: Geometry | None = None
     ) -> Geometry:
-        """What the rays meet that :func:`bending` effects have bent. out: an earlier result, to be written over."""
-        e, camera = exposure, self.camera
+        """What the rays meet, those that are :func:`bending` have bent. out: an earlier result, to be written over."""
+        if self.caster is None:
+            raise ValueError("there is no scene to cast rays into")
+        e, camera, bent = exposure, self.camera, bending(effects)
+        if not bent:
+            return self.caster.cast(camera, e.pose, right=right, threads=e.threads, out=out)
         view = View(e.pose, camera.rays, camera, e.motion, e.seed, e.index, e.stamp, e.threads, e.scratch)
-        for effect in bending(effects):
+        for effect in bent:
             effect.bend(view)
         # A batch of one, whether there is a pose a frame or a pose a row, so that the same memory fits both.
         poses = view.pose[None]
@@ -102,19 +122,56 @@ class Pipeline:
         geometry: Geometry,
         depth: NDArray[np.float32],
         exposure: Exposure,
-        out: NDArray[np.uint16] | None = None,
-    ) -> NDArray[np.uint16]:
-        """(height, width) the frame as the camera stores it, once the effects that bend no rays have acted.
+        past: Past | None = None,
+    ) -> Frame:
+        """The frame once the effects that bend no rays have acted.
 
         geometry: what the rays met. depth: (height, width) float32 what the effects begin with [m], changed in place
-        into what is stored, before it was rounded. out: memory for the result.
+        into what is stored, before it was rounded; where effects resize the picture, ``depth`` of the frame is another.
+        past: gives the frames before, to effects that look back.
         """
-        e = exposure
-        frame = Frame(
-            depth, geometry, self.camera, self.caster.scene, self.materials, e.motion, e.seed, e.index, e.stamp,
-            e.threads, e.scratch,
-        )  # fmt: skip
-        for effect in effects:
+        frame = self._frame(geometry, depth, exposure)
+        finishing = after_camera(effects)
+        for effect in in_camera(effects):
             if effect.stage > Stage.OPTICS:
                 effect.apply(frame)
-        return to_depth_raw(frame.depth, self.camera, e.threads, out)
+        if finishing:
+            self._finish(frame, exposure, past if any(e.needs_earlier for e in finishing) else None)
+            self._process(frame, finishing, exposure, past)
+        return frame
+
+    def store(self, frame: Frame, out: NDArray[np.uint16] | None = None) -> NDArray[np.uint16]:
+        """(height, width) a frame as the camera stores it. out: memory for the result."""
+        return to_depth_raw(frame.depth, frame.camera, frame.threads, out)
+
+    def _frame(self, geometry: Geometry, depth: NDArray[np.float32], e: Exposure) -> Frame:
+        return Frame(
+            depth, geometry, self.camera, self.scene, self.materials, e.motion, e.seed, e.index, e.stamp, e.threads,
+            e.scratch,
+        )  # fmt: skip
+
+    def _finish(self, frame: Frame, exposure: Exposure, past: Past | None) -> None:
+        """Round to whole units: what is done to a picture after it has left the camera is done to those."""
+        raw = self.store(frame, None if past else frame.empty(np.uint16))
+        if past:
+            past.keep(exposure, raw)
+        _to_metres(raw, self.camera, frame.depth)
+
+    def _process(self, frame: Frame, effects: Sequence[Effect], exposure: Exposure, past: Past | None) -> None:
+        for number, effect in enumerate(effects):
+            if effect.needs_earlier and past is not None:
+                frame.before = partial(self._earlier, effects[:number], exposure, past)
+            effect.apply(frame)
+
+    def _earlier(self, effects: Sequence[Effect], now: Exposure, past: Past, count: int) -> Iterator[Frame]:
+        """The frames before one, with those of the effects on the finished picture that have acted so far."""
+        for back in range(min(count, now.index), 0, -1):
+            raw = past.picture(now, back)
+            if raw is None:
+                continue
+            then = replace(now, index=now.index - back, scratch=now.scratch.inner())
+            depth = then.scratch.empty(raw.shape)
+            _to_metres(raw, self.camera, depth)
+            frame = self._frame(Geometry.empty((0, 0), right=False), depth, then)
+            self._process(frame, effects, then, past)
+            yield frame

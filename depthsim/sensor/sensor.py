@@ -19,22 +19,30 @@ from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
 from depthsim.scratch import Scratch
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.exposure import Exposure
+from depthsim.sensor.frame import Frame
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import Exposure, Pipeline, acting, bending
+from depthsim.sensor.past import Past
+from depthsim.sensor.pipeline import Pipeline, acting, bending, in_camera, stored_camera
 from depthsim.sensor.profile import Profile, load_profile
 from depthsim.stereo.stereo import Stereo
+
+_KEPT = 64
+"""Frames of which the pictures are kept for those after them, where effects look back."""
 
 
 @dataclass(frozen=True)
 class Measurement:
     """What the sensor gives for one pose.
 
+    camera: of the pictures: the sensor's own, or a smaller one where effects decimate them.
     depth_raw: (height, width) uint16, depth in units of camera.depth_scale; 0 is a hole, 65535 too far.
     depth: (height, width) float32, the same before it was rounded [m].
     given: ``clean``, or what casts it.
     left, right: (height, width) uint8, the infrared images that active stereo has matched; None for other sensors.
     """
 
+    camera: Camera
     depth_raw: NDArray[np.uint16]
     depth: NDArray[np.float32]
     given: Geometry | Callable[[], Geometry]
@@ -45,8 +53,8 @@ class Measurement:
     def clean(self) -> Geometry:
         """The geometry as it is, along the rays and from the pose that the camera believes in.
 
-        Where effects bend the rays or move the camera the frame is made without it; then it is cast when it is first
-        asked for.
+        Where effects bend the rays, move the camera or resize the picture, the frame is made without it; then it is
+        cast when it is first asked for.
         """
         return self.given() if callable(self.given) else self.given
 
@@ -89,10 +97,14 @@ class Sensor:
             raise InputError("sensor profile", bent[0].id, "cannot follow active_stereo", "leave that effect out")
         self.caster = scene if isinstance(scene, Caster) else Caster(load_scene(scene, materials=self.materials))
         self._check_tags()
-        self._pipeline = Pipeline(self.caster, self.camera, self.materials)
+        self._pipeline = Pipeline(self.caster, self.camera, self.materials, self.caster.scene)
         settings = self.profile.stereo
         self._stereo = Stereo(self.caster, self.camera, settings, self.materials) if settings is not None else None
         self._bends, self._asks_right = bool(bent), any(effect.needs_right for effect in self.effects)
+        self.stored_camera = stored_camera(self.camera, self.effects)
+        self._resizes = self.stored_camera.shape != self.camera.shape
+        looks_back = any(effect.needs_earlier for effect in self.effects)
+        self._past = Past(self._take_raw, self.camera.rate, _KEPT) if looks_back else None
         self._own = threading.local()
 
     def _check_tags(self) -> None:
@@ -122,25 +134,45 @@ class Sensor:
         numbers. stamp: when the frame is taken [s]. motion: the camera's path around ``stamp``, for effects of motion
         and time; it stands still without. out: an earlier result of the same camera, to be written over.
         """
-        threads = threads or core_count()
-        if out is not None and out.depth.shape != self.camera.shape:
-            raise ValueError(f"out has pictures of {out.depth.shape}, the camera of {self.camera.shape}")
+        threads, stored = threads or core_count(), self.stored_camera
+        if out is not None and out.depth.shape != stored.shape:
+            raise ValueError(f"out has pictures of {out.depth.shape}, the camera of {stored.shape}")
         pose = np.array(pose, np.float64)  # a copy, because the caller may change his before ``clean`` is asked for
         motion = motion or Motion.still(pose)
         exposure = Exposure(pose, motion, seed, index, stamp, threads, Scratch.of_thread(self._own))
-        right, before = self._asks_right and not self._bends, out.cast_already if out else None
-        cast = partial(self.caster.cast, self.camera, pose, right=right, threads=threads, out=before)
+        apart, before = self._bends or self._resizes, out.cast_already if out else None
+        right = self._asks_right and not apart
+        cast = partial(self.caster.cast, stored, pose, right=right, threads=threads, out=before)
         given: Geometry | Callable[[], Geometry] = cast
-        if self._bends:
+        if apart:
             met = getattr(self._own, "met", None)
-            met = self._own.met = self._pipeline.cast_bent(self.effects, exposure, right=self._asks_right, out=met)
+            met = self._own.met = self._pipeline.cast(self.effects, exposure, right=self._asks_right, out=met)
         else:
             given = met = cast()
-        left = right_image = None
+        whole = exposure.scratch.empty(self.camera.shape) if self._resizes else None
+        depth = out.depth if out else np.empty(stored.shape, np.float32)
+        frame, left, right_image = self._take(self.effects, met, depth if whole is None else whole, exposure)
+        if whole is not None:
+            depth[:] = frame.depth
+        raw = self._pipeline.store(frame, out.depth_raw if out else None)
+        return Measurement(stored, raw, depth, given, left, right_image)
+
+    def _take(
+        self, effects: Sequence[Effect], met: Geometry, depth: NDArray[np.float32], exposure: Exposure
+    ) -> tuple[Frame, NDArray[np.uint8] | None, NDArray[np.uint8] | None]:
+        """The frame, made in the memory of ``depth``, and the images that it was matched from."""
+        left = right = None
+        e = exposure
         if self._stereo is not None:
-            depth, left, right_image = self._stereo.measure(pose, seed, index, threads)
+            depth[:], left, right = self._stereo.measure(e.pose, e.seed, e.index, e.threads)
         else:
-            depth = out.depth if out else np.empty(self.camera.shape, np.float32)
             depth[:] = met.depth
-        stored = self._pipeline.apply(self.effects, met, depth, exposure, out.depth_raw if out else None)
-        return Measurement(stored, depth, given, left, right_image)
+        return self._pipeline.apply(effects, met, depth, exposure, self._past), left, right
+
+    def _take_raw(self, exposure: Exposure) -> NDArray[np.uint16]:
+        """(height, width): the frame before anything is done to the finished picture."""
+        met = self._own.past = self._pipeline.cast(
+            self.effects, exposure, right=self._asks_right, out=getattr(self._own, "past", None)
+        )
+        depth = exposure.scratch.empty(self.camera.shape)
+        return self._pipeline.store(self._take(in_camera(self.effects), met, depth, exposure)[0])
