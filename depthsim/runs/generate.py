@@ -87,7 +87,9 @@ def generate(
     rate = None if isinstance(trajectory, Trajectory) else camera.rate
     path = load_trajectory(trajectory, scene, rate, frames)
     record = _describe(scene, profile, materials, seed)
-    with RunWriter(out, stored_camera(camera, profile.effects), path, record, streams, truth=truth, overwrite=overwrite) as writer:
+    with RunWriter(
+        out, stored_camera(camera, profile.effects), path, record, streams, truth=truth, overwrite=overwrite
+    ) as writer:
         missing, total = writer.missing(), len(path)
         progress(total - len(missing), total)
         if missing:

@@ -16,17 +16,18 @@ Raw = NDArray[np.uint16]
 class Past:
     """Pictures in whole units, as they are before anything is done to the finished picture. Safe on many threads.
 
-    take: makes the picture of a frame. Each depends on nothing but its exposure, so it does not matter which are kept.
+    take: makes the picture of a frame; None where there is none. Each depends on nothing but its exposure, so it does
+    not matter which are kept.
     rate: of the camera [Hz]. most: so many pictures are kept.
     """
 
-    def __init__(self, take: Callable[[Exposure], Raw], rate: float, most: int) -> None:
+    def __init__(self, take: Callable[[Exposure], Raw | None], rate: float, most: int) -> None:
         self._take, self._rate, self._most = take, rate, most
         self._kept: OrderedDict[object, Raw] = OrderedDict()
         self._lock = threading.Lock()
 
     def picture(self, now: Exposure, back: int) -> Raw | None:
-        """(height, width) the frame that is ``back`` before another one; None before frame 0. Not to be changed."""
+        """(height, width) the frame that is ``back`` before another one; or None. Not to be changed."""
         if now.index < back:
             return None
         stamp, pose = now.motion.frame(now.index, now.stamp, back, self._rate)
@@ -35,7 +36,8 @@ class Past:
             known = self._kept.get(_key(then))
         if known is None:
             known = self._take(then)
-            self.keep(then, known)
+            if known is not None:
+                self.keep(then, known)
         return known
 
     def keep(self, exposure: Exposure, raw: Raw) -> None:

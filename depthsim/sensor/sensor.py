@@ -2,9 +2,10 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from depthsim.camera import Camera
 from depthsim.errors import InputError
 from depthsim.materials import Materials, load_materials
-from depthsim.parallel import core_count
+from depthsim.parallel import core_count, run_threads
 from depthsim.presets import load_camera
 from depthsim.raycast import Caster, Geometry
 from depthsim.scene import Scene
@@ -21,30 +22,43 @@ from depthsim.scratch import Scratch
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.exposure import Exposure
 from depthsim.sensor.frame import Frame
+from depthsim.sensor.given import as_depth, as_tags
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.past import Past
 from depthsim.sensor.pipeline import Pipeline, acting, bending, in_camera, stored_camera
 from depthsim.sensor.profile import Profile, load_profile
+from depthsim.sensor.seen import Seen, see
 from depthsim.stereo.stereo import Stereo
 
+_NOWHERE = np.empty((0, 3), np.float32)
+_LEVEL = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+"""A camera that looks along the world's x, z up."""
 _KEPT = 64
 """Frames of which the pictures are kept for those after them, where effects look back."""
 
 
 @dataclass(frozen=True)
-class Measurement:
-    """What the sensor gives for one pose.
+class Stored:
+    """What the sensor gives for one frame, or for N.
 
     camera: of the pictures: the sensor's own, or a smaller one where effects decimate them.
     depth_raw: (height, width) uint16, depth in units of camera.depth_scale; 0 is a hole, 65535 too far.
-    depth: (height, width) float32, the same before it was rounded [m].
-    given: ``clean``, or what casts it.
-    left, right: (height, width) uint8, the infrared images that active stereo has matched; None for other sensors.
+    depth: (height, width) float32, the same before it was rounded [m]. Both are (N, height, width) for N frames.
     """
 
     camera: Camera
     depth_raw: NDArray[np.uint16]
     depth: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Measurement(Stored):
+    """What the sensor gives for one pose.
+
+    given: ``clean``, or what casts it.
+    left, right: (height, width) uint8, the infrared images that active stereo has matched; None for other sensors.
+    """
+
     given: Geometry | Callable[[], Geometry]
     left: NDArray[np.uint8] | None = None
     right: NDArray[np.uint8] | None = None
@@ -65,15 +79,16 @@ class Measurement:
 
 
 class Sensor:
-    """Measures depth in a scene.
+    """Measures depth in a scene, or makes measured depth of the clean one that another simulator has.
 
         Sensor("office", camera="d435", profile="paper").measure(pose).depth_raw
+        Sensor(profile="d435").apply(depth, camera).depth_raw
 
     scene: the name of a built-in scene, the path of one, a :class:`~depthsim.scene.Scene`, or a
-    :class:`~depthsim.raycast.Caster` where there is one already. camera: a preset, the path of a camera.yaml, or a
-    :class:`~depthsim.camera.Camera`; by default the profile's, or a D435. profile: a name, a path, a
-    :class:`~depthsim.sensor.Profile`, or effects alone; ``()`` is a perfect camera. materials: those that come with
-    depthsim, a path, or :class:`~depthsim.materials.Materials`.
+    :class:`~depthsim.raycast.Caster` where there is one already; None for :meth:`apply` alone. camera: a preset, the
+    path of a camera.yaml, or a :class:`~depthsim.camera.Camera`; by default the profile's, or a D435. profile: a name,
+    a path, a :class:`~depthsim.sensor.Profile`, or effects alone; ``()`` is a perfect camera. materials: those that
+    come with depthsim, a path, or :class:`~depthsim.materials.Materials`.
 
     The order of the effects is the physical one (:func:`~depthsim.sensor.effect.physical_order`), whatever the order
     in which they were given. Effects at their neutral value are left out. A profile of active stereo renders and
@@ -84,7 +99,7 @@ class Sensor:
 
     def __init__(
         self,
-        scene: str | Path | Scene | Caster,
+        scene: str | Path | Scene | Caster | None = None,
         camera: str | Path | Camera | None = None,
         profile: str | Path | Profile | Sequence[Effect] = "paper",
         materials: str | Path | Materials | None = None,
@@ -95,11 +110,13 @@ class Sensor:
         bent = bending(self.effects)
         if bent and self.profile.stereo is not None:
             raise InputError("sensor profile", bent[0].id, "cannot follow active_stereo", "leave that effect out")
-        self.caster = scene if isinstance(scene, Caster) else Caster(load_scene(scene, materials=self.materials))
+        self._caster: Caster | None = None
+        if scene is not None:
+            self._caster = scene if isinstance(scene, Caster) else Caster(load_scene(scene, materials=self.materials))
         self._check_tags()
-        self._pipeline = Pipeline(self.caster, self.camera, self.materials, self.caster.scene)
-        settings = self.profile.stereo
-        self._stereo = Stereo(self.caster, self.camera, settings, self.materials) if settings is not None else None
+        settings, caster = self.profile.stereo, self._caster
+        self._pipeline = Pipeline(caster, self.camera, self.materials, caster.scene if caster else Seen((), _NOWHERE))
+        self._stereo = Stereo(caster, self.camera, settings, self.materials) if settings and caster else None
         self._bends, self._asks_right = bool(bent), any(effect.needs_right for effect in self.effects)
         self.stored_camera = stored_camera(self.camera, self.effects)
         self._resizes = self.stored_camera.shape != self.camera.shape
@@ -107,10 +124,17 @@ class Sensor:
         self._past = Past(self._take_raw, self.camera.rate, _KEPT) if looks_back else None
         self._own = threading.local()
 
+    @property
+    def caster(self) -> Caster:
+        """The scene's."""
+        if self._caster is None:
+            raise InputError("sensor", "", "has no scene to measure in", "give `scene`, or use apply(depth)")
+        return self._caster
+
     def _check_tags(self) -> None:
         """Raise :class:`InputError` where the scene or an effect names a tag that is no material."""
-        scene = self.caster.scene
-        places = [(str(scene.source or scene.name), "", tag) for tag in scene.tags]
+        scene = self._caster.scene if self._caster else None
+        places = [(str(scene.source or scene.name), "", tag) for tag in scene.tags] if scene else []
         places += [("sensor profile", effect.id, tag) for effect in self.effects for tag in effect.material_tags]
         for file, place, tag in places:
             if tag not in self.materials:
@@ -176,3 +200,103 @@ class Sensor:
         )
         depth = exposure.scratch.empty(self.camera.shape)
         return self._pipeline.store(self._take(in_camera(self.effects), met, depth, exposure)[0])
+
+    def apply(
+        self,
+        depth: Any,
+        camera: str | Path | Camera | None = None,
+        *,
+        tag: Any = None,
+        tags: Sequence[str] = ("cement",),
+        index: int | Sequence[int] = 0,
+        seed: int | Sequence[int] = 0,
+        motion: Motion | Sequence[Motion] | None = None,
+        stamps: Sequence[float] | None = None,
+        threads: int | None = None,
+    ) -> Stored:
+        """What the camera would store of clean depth from any simulator.
+
+        depth: (height, width) or (N, height, width) floats [m] along the optical axis, 0 where there is nothing: NumPy,
+        or what has DLPack or ``__array__``, as a torch tensor on the CPU. camera: of that depth; the sensor's own by
+        default. tag: whole numbers of one frame's shape or of all, of each pixel the material in ``tags``; the first
+        one everywhere by default.
+
+        N frames follow each other: their numbers go on from ``index``, and their stamps [s] by the camera's rate. N
+        cameras at one moment are given by a ``seed`` and an ``index`` for each. Random numbers depend on both, as of
+        :meth:`measure`; filters in time look back at the frames of this call that have the same seed.
+        motion: where the camera is in time, or each one's, for effects of motion, time and sunlight; without it cameras
+        stand, and look along the world's x.
+
+        Incidence, normals and the right imager's view are worked out from the depth, as of
+        :func:`~depthsim.sensor.seen.see`. Effects that bend rays or move the camera need the scene, as active stereo
+        does: with one of them, and for arrays that are no depth, :class:`InputError` is raised.
+        """
+        eye = load_camera(camera) if camera is not None else self.camera
+        self._refuse_scenes()
+        frames = as_depth(depth, eye)
+        ids, names = as_tags(tag, tags, frames.shape), tuple(tags)
+        for name in names:
+            if name not in self.materials:
+                raise InputError("tags", "", f"there is no material {name!r}", f"name {', '.join(self.materials.tags)}")
+        count, threads = len(frames), threads or core_count()
+        exposures = self._exposures(count, eye.rate, index, seed, motion, stamps, threads if count == 1 else 1)
+        places = {(e.seed, e.index): k for k, e in enumerate(exposures)}
+        pipeline, stored = replace(self._pipeline, camera=eye), stored_camera(eye, self.effects)
+
+        def take(k: int, effects: Sequence[Effect], scratch: Scratch, past: Past | None) -> Frame:
+            exposure = replace(exposures[k], scratch=scratch)
+            geometry, surfaces = see(frames[k], eye, ids[k], names, exposure.pose, exposure.threads)
+            picture = scratch.empty(eye.shape)
+            picture[:] = frames[k]
+            return replace(pipeline, scene=surfaces).apply(effects, geometry, picture, exposure, past)
+
+        def raw(e: Exposure) -> NDArray[np.uint16] | None:
+            k = places.get((e.seed, e.index))
+            return None if k is None else pipeline.store(take(k, in_camera(self.effects), e.scratch, None))
+
+        past = Past(raw, eye.rate, max(count, _KEPT)) if self._past is not None else None
+        out = Stored(stored, np.empty((count, *stored.shape), np.uint16), np.empty((count, *stored.shape), np.float32))
+
+        def work(part: int) -> None:
+            for k in range(part * count // parts, (part + 1) * count // parts):
+                frame = take(k, self.effects, Scratch.of_thread(self._own), past)
+                out.depth[k] = frame.depth
+                pipeline.store(frame, out.depth_raw[k])
+
+        parts = min(threads, count)
+        run_threads(work, parts)
+        single = np.ndim(depth) == 2
+        return Stored(stored, out.depth_raw[0], out.depth[0]) if single else out
+
+    def _refuse_scenes(self) -> None:
+        """Raise :class:`InputError` for what cannot be worked out from depth."""
+        bent = bending(self.effects)
+        if bent:
+            problem = "bends rays or moves the camera, which takes the scene"
+            raise InputError("sensor profile", bent[0].id, problem, "leave that effect out, or use measure in a scene")
+        if self.profile.stereo is not None:
+            raise InputError("sensor profile", "", "is active stereo, which takes the scene", "give one of effects")
+
+    def _exposures(
+        self,
+        count: int,
+        rate: float,
+        index: int | Sequence[int],
+        seed: int | Sequence[int],
+        motion: Motion | Sequence[Motion] | None,
+        stamps: Sequence[float] | None,
+        threads: int,
+    ) -> list[Exposure]:
+        def each(name: str, values: Sequence[Any]) -> Sequence[Any]:
+            if len(values) != count:
+                raise InputError(name, "", f"has {len(values)} values for {count} frames", "give one for each frame")
+            return values
+
+        numbers = [index + k for k in range(count)] if isinstance(index, int) else each("index", index)
+        seeds = [seed] * count if isinstance(seed, int) else each("seed", seed)
+        motions = each("motion", motion) if isinstance(motion, Sequence) else [motion or Motion.still(_LEVEL)] * count
+        times = [number / rate for number in numbers] if stamps is None else each("stamps", stamps)
+        return [
+            Exposure(m.at(time)[0], m, int(own), int(number), float(time), threads)
+            for m, own, number, time in zip(motions, seeds, numbers, times, strict=True)
+        ]
