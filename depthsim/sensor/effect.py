@@ -74,8 +74,6 @@ class Effect(BaseModel):
     """the order within a stage; effects of one rank act in the order of their ids"""
     needs_right: ClassVar[bool] = False
     """whether the effect asks what the right imager sees"""
-    needs_earlier: ClassVar[bool] = False
-    """whether the effect asks for the frames before, :meth:`Frame.earlier`"""
     law: ClassVar[str] = ""
     """what it is a law of, where a sensor has one such law: a fit tries it beside and in place of another one"""
     forms: ClassVar[tuple[Mapping[str, float], ...]] = ({},)
@@ -110,6 +108,11 @@ class Effect(BaseModel):
     def material_tags(self) -> tuple[str, ...]:
         """The tags that the parameters name; the sensor checks that there are such materials."""
         return ()
+
+    @property
+    def looks_back(self) -> int:
+        """How many frames before its own the effect asks for, by :meth:`Frame.earlier`."""
+        return 0
 
     @property
     def is_neutral(self) -> bool:

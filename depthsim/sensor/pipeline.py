@@ -136,7 +136,7 @@ class Pipeline:
             if effect.stage > Stage.OPTICS:
                 effect.apply(frame)
         if finishing:
-            self._finish(frame, exposure, past if any(e.needs_earlier for e in finishing) else None)
+            self._finish(frame, exposure, past if any(e.looks_back for e in finishing) else None)
             self._process(frame, finishing, exposure, past)
         return frame
 
@@ -159,7 +159,7 @@ class Pipeline:
 
     def _process(self, frame: Frame, effects: Sequence[Effect], exposure: Exposure, past: Past | None) -> None:
         for number, effect in enumerate(effects):
-            if effect.needs_earlier and past is not None:
+            if effect.looks_back and past is not None:
                 frame.before = partial(self._earlier, effects[:number], exposure, past)
             effect.apply(frame)
 

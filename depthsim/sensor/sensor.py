@@ -120,8 +120,8 @@ class Sensor:
         self._bends, self._asks_right = bool(bent), any(effect.needs_right for effect in self.effects)
         self.stored_camera = stored_camera(self.camera, self.effects)
         self._resizes = self.stored_camera.shape != self.camera.shape
-        looks_back = any(effect.needs_earlier for effect in self.effects)
-        self._past = Past(self._take_raw, self.camera.rate, _KEPT) if looks_back else None
+        self.looks_back = sum(effect.looks_back for effect in self.effects)
+        self._past = Past(self._take_raw, self.camera.rate, _KEPT) if self.looks_back else None
         self._own = threading.local()
 
     @property

@@ -161,7 +161,7 @@ def test_temporal(persistence: int) -> None:
     alpha = 0.2 if persistence in (0, 8) else 0.4
     wanted = to_raw(averaged(to_disparity(frames()), alpha, 20, persistence))
     found = filtered(TemporalFilter(alpha=alpha, persistence=persistence))
-    whole = TemporalFilter(alpha=alpha).length + 1  # later frames leave out the first ones
+    whole = TemporalFilter(alpha=alpha).looks_back + 1  # later frames leave out the first ones
     np.testing.assert_array_equal(found[:whole], wanted[:whole])
     off = np.abs(to_disparity(found[whole:]) - to_disparity(wanted[whole:]))
     assert whole > 14 or 0 < np.percentile(off, 99) < 0.6  # steps of 1/32 px, where the noise is 3

@@ -61,7 +61,6 @@ class TemporalFilter(Effect):
     axes = ("frame_neighbours", "motion")
     kinds = ("correlation", "spread", "missing")
     recording = "a camera that stands still and one that moves, with the camera's filters off and on"
-    needs_earlier: ClassVar[bool] = True
     seen_on = ("disparity_noise",)
 
     alpha: float = parameter(
@@ -100,8 +99,8 @@ class TemporalFilter(Effect):
         return self.alpha == 1 and self.persistence == 0
 
     @property
-    def length(self) -> int:
-        """How many frames are looked back at."""
+    def looks_back(self) -> int:
+        """So many that what is left out has a weight of 1 %."""
         frames = np.log(_FORGOTTEN) / np.log(1 - self.alpha) if self.alpha < 1 else 0
         return int(np.clip(np.ceil(frames), _LEAST, _MOST))
 
@@ -112,6 +111,6 @@ class TemporalFilter(Effect):
         state, seen = frame.empty(), frame.empty(np.uint8)
         state.fill(0)
         seen.fill(0)
-        for one in chain(frame.earlier(self.length), [frame]):
+        for one in chain(frame.earlier(self.looks_back), [frame]):
             arrays = one.disparity.reshape(-1), state.reshape(-1), seen.reshape(-1)
             one.run(_follow, _f(self.alpha), _f(self.delta), least, recent, *arrays)

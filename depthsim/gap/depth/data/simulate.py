@@ -48,7 +48,7 @@ class Replay:
         camera = self._pipeline.camera
         imager = imager_camera(camera, effects)
         pipeline = self._pipeline if imager == camera else replace(self._pipeline, camera=imager)
-        past = self._past_of(effects, pipeline) if any(effect.needs_earlier for effect in effects) else None
+        past = self._past_of(effects, pipeline) if any(effect.looks_back for effect in effects) else None
         raw = pipeline.store(self._made(pipeline, effects, exposure, frame.geometry, past))
         return raw if raw.shape == camera.shape else np.ascontiguousarray(raw[: camera.height, : camera.width])
 
