@@ -110,7 +110,7 @@ def _frames(file: Path, camera: Camera) -> Iterator[NDArray[np.float32]]:
     if array.dtype == np.uint16:
         array = np.where(array == SATURATED, 0, array * np.float32(camera.depth_scale))
     try:
-        frames = as_depth(array, camera)
+        frames, _ = as_depth(array, camera)
     except InputError as error:
         raise InputError(file, error.place, error.problem, error.fix) from None
     for begin in range(0, len(frames), _AT_ONCE):

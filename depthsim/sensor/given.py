@@ -11,8 +11,8 @@ from depthsim.errors import InputError
 from depthsim.scene import NO_TAG
 
 
-def as_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
-    """(N, height, width) float32 [m] of a NumPy array, or of anything that has DLPack or ``__array__``.
+def as_depth(depth: Any, camera: Camera) -> tuple[NDArray[np.float32], bool]:
+    """(N, height, width) float32 [m] of a NumPy array, or of anything that has DLPack or ``__array__``; if it is one.
 
     Raises :class:`InputError` for what is no depth of that camera: another shape, no floats, NaN, infinite, negative.
     """
@@ -31,7 +31,7 @@ def as_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
         place = f"frame {frame}, pixel ({u}, {v})" if array.ndim == 3 else f"pixel ({u}, {v})"
         value = array.reshape(frames.shape)[frame, v, u]
         raise InputError("depth", place, f"is {value}", "give metres, and 0 where there is nothing")
-    return frames
+    return frames, array.ndim == 2
 
 
 def as_tags(tag: Any, tags: Sequence[str], shape: tuple[int, ...]) -> NDArray[np.uint8]:

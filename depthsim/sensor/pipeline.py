@@ -20,6 +20,7 @@ from depthsim.sensor.effect import Effect, Stage, physical_order
 from depthsim.sensor.exposure import Exposure
 from depthsim.sensor.frame import Frame, Surfaces
 from depthsim.sensor.past import Past
+from depthsim.sensor.seen import Seen
 from depthsim.sensor.view import View
 
 SATURATED = 65535
@@ -90,10 +91,10 @@ def imager_camera(camera: Camera, effects: Sequence[Effect]) -> Camera:
 class Pipeline:
     """A camera in a scene. The effects that its methods take are ordered by :func:`acting`.
 
-    caster: None where nothing is cast, because the geometry is known from elsewhere.
+    caster: or the image that stands for the scene; None where nothing is cast.
     """
 
-    caster: Caster | None
+    caster: Caster | Seen | None
     camera: Camera
     materials: Materials
     scene: Surfaces

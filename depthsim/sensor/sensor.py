@@ -27,10 +27,10 @@ from depthsim.sensor.motion import Motion
 from depthsim.sensor.past import Past
 from depthsim.sensor.pipeline import Pipeline, acting, bending, in_camera, stored_camera
 from depthsim.sensor.profile import Profile, load_profile
-from depthsim.sensor.seen import Seen, see
+from depthsim.sensor.seen import Seen
 from depthsim.stereo.stereo import Stereo
 
-_NOWHERE = np.empty((0, 3), np.float32)
+_NOWHERE = Scene("nowhere", np.empty((0, 3)), np.empty((0, 3), np.uint32), np.empty(0, np.uint8), ())
 _LEVEL = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 """A camera that looks along the world's x, z up."""
 _KEPT = 64
@@ -115,7 +115,7 @@ class Sensor:
             self._caster = scene if isinstance(scene, Caster) else Caster(load_scene(scene, materials=self.materials))
         self._check_tags()
         settings, caster = self.profile.stereo, self._caster
-        self._pipeline = Pipeline(caster, self.camera, self.materials, caster.scene if caster else Seen((), _NOWHERE))
+        self._pipeline = Pipeline(caster, self.camera, self.materials, caster.scene if caster else _NOWHERE)
         self._stereo = Stereo(caster, self.camera, settings, self.materials) if settings and caster else None
         self._bends, self._asks_right = bool(bent), any(effect.needs_right for effect in self.effects)
         self.stored_camera = stored_camera(self.camera, self.effects)
@@ -227,13 +227,14 @@ class Sensor:
         motion: where the camera is in time, or each one's, for effects of motion, time and sunlight; without it cameras
         stand, and look along the world's x.
 
-        Incidence, normals and the right imager's view are worked out from the depth, as of
-        :func:`~depthsim.sensor.seen.see`. Effects that bend rays or move the camera need the scene, as active stereo
-        does: with one of them, and for arrays that are no depth, :class:`InputError` is raised.
+        Incidence, the right imager's view, and what bent rays or a moved camera meet are worked out from the depth, as
+        of :class:`~depthsim.sensor.seen.Seen`. Raises :class:`InputError` for arrays that are no depth, and for active
+        stereo, which needs the scene.
         """
         eye = load_camera(camera) if camera is not None else self.camera
-        self._refuse_scenes()
-        frames = as_depth(depth, eye)
+        if self.profile.stereo is not None:
+            raise InputError("sensor profile", "", "is active stereo, which takes the scene", "give one of effects")
+        frames, single = as_depth(depth, eye)
         ids, names = as_tags(tag, tags, frames.shape), tuple(tags)
         for name in names:
             if name not in self.materials:
@@ -245,10 +246,12 @@ class Sensor:
 
         def take(k: int, effects: Sequence[Effect], scratch: Scratch, past: Past | None) -> Frame:
             exposure = replace(exposures[k], scratch=scratch)
-            geometry, surfaces = see(frames[k], eye, ids[k], names, exposure.pose, exposure.threads)
+            seen = Seen(frames[k], eye, ids[k], names, exposure.pose, exposure.threads)
+            own = replace(pipeline, caster=seen, scene=seen)
+            met = own.cast(effects, exposure, right=self._asks_right)
             picture = scratch.empty(eye.shape)
-            picture[:] = frames[k]
-            return replace(pipeline, scene=surfaces).apply(effects, geometry, picture, exposure, past)
+            picture[:] = met.depth
+            return own.apply(effects, met, picture, exposure, past)
 
         def raw(e: Exposure) -> NDArray[np.uint16] | None:
             k = places.get((e.seed, e.index))
@@ -265,17 +268,7 @@ class Sensor:
 
         parts = min(threads, count)
         run_threads(work, parts)
-        single = np.ndim(depth) == 2
         return Stored(stored, out.depth_raw[0], out.depth[0]) if single else out
-
-    def _refuse_scenes(self) -> None:
-        """Raise :class:`InputError` for what cannot be worked out from depth."""
-        bent = bending(self.effects)
-        if bent:
-            problem = "bends rays or moves the camera, which takes the scene"
-            raise InputError("sensor profile", bent[0].id, problem, "leave that effect out, or use measure in a scene")
-        if self.profile.stereo is not None:
-            raise InputError("sensor profile", "", "is active stereo, which takes the scene", "give one of effects")
 
     def _exposures(
         self,
