@@ -55,17 +55,16 @@ def apply_folder(
     with whole_folder(Path(out)) as folder:
         for file in files:
             stored = []
-            for frames in _frames(file, eye):
+            array = _read(file)
+            for frames in _frames(file, array, eye):
                 whole = np.concatenate([before, frames])
                 made = sensor.apply(whole, index=done - len(before), **keys)
                 stored.append(made.depth_raw[len(before) :])
                 done += len(frames)
                 before = whole[max(len(whole) - sensor.looks_back, 0) :]
                 progress(done)
-            pictures = np.concatenate(stored)
-            (folder / file.name).write_bytes(
-                encode_png(pictures[0]) if file.suffix.lower() == ".png" else _npy(pictures)
-            )
+            pictures = np.concatenate(stored) if array.ndim > 2 else stored[0][0]
+            (folder / file.name).write_bytes(encode_png(pictures) if file.suffix.lower() == ".png" else _npy(pictures))
         sensor.stored_camera.write(folder / layout.CAMERA)
     return done
 
@@ -104,9 +103,8 @@ def _read(file: Path) -> NDArray[Any]:
     return array
 
 
-def _frames(file: Path, camera: Camera) -> Iterator[NDArray[np.float32]]:
+def _frames(file: Path, array: NDArray[Any], camera: Camera) -> Iterator[NDArray[np.float32]]:
     """(some, height, width) [m], checked."""
-    array = _read(file)
     if array.dtype == np.uint16:
         array = np.where(array == SATURATED, 0, array * np.float32(camera.depth_scale))
     try:

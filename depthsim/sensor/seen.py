@@ -1,6 +1,6 @@
 """What effects need of a scene, from a clean depth image alone: incidence, normals, what the right imager sees."""
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,6 @@ from depthsim.scene import NO_TAG
 
 _f = np.float32
 _ZERO, _HALF, _ONE, _TWO = _f(0), _f(0.5), _f(1), _f(2)
-_NONE = _f(np.nan)
 _ROUNDING = _f(3e-7)
 """Of 1 / depth, relative."""
 _TRIES = 6
@@ -26,60 +25,62 @@ _TOLERANCE = _f(0.2)
 
 
 @inlined
-def _one_side(w, here, next_, further, other):
-    """The step of 1 / depth from a pixel to its neighbour, and how far it is from that of a plane on this side.
+def _slope(back2, back1, here, ahead1, ahead2):
+    """The step of 1 / depth from pixel to pixel at the middle one of five in a line, 0 for a pixel alone.
 
-    Not a number without a neighbour. other: on the other side of the pixel, where there is no ``further`` one.
+    1 / depth is linear in the picture on a plane, and 0 where there is nothing. Of the two sides that counts more on
+    which it is more so: it is the surface that the pixel is on, where the other one crosses an edge.
     """
-    step = w[next_] - w[here] if next_ != here and w[next_] > _ZERO else _NONE
-    beyond = w[further] - w[next_] if further != next_ and w[further] > _ZERO else _NONE
-    if np.isnan(beyond) and other != here and w[other] > _ZERO:
-        beyond = w[here] - w[other]
-    return step, abs(beyond - step) if not np.isnan(beyond) else _ZERO
-
-
-@inlined
-def _slope(w, here, stride, before, after):
-    """The step of 1 / depth from pixel to pixel along a line, 0 for a pixel alone.
-
-    1 / depth is linear in the picture on a plane. Of the two sides that counts more on which it is more so: it is the
-    surface that the pixel is on, where the other one crosses an edge. before, after: how many pixels there are.
-    """
-    left, right = here - stride * min(before, 1), here + stride * min(after, 1)
-    back, bend_back = _one_side(w, here, left, here - stride * min(before, 2), right)
-    ahead, bend_ahead = _one_side(w, here, right, here + stride * min(after, 2), left)
-    if np.isnan(back):
-        return ahead if not np.isnan(ahead) else _ZERO
-    if np.isnan(ahead):
-        return -back
-    least = _ROUNDING * w[here]
-    a, b = (bend_ahead + least) ** 2, (bend_back + least) ** 2
-    return (ahead * b - back * a) / (a + b)
+    back, ahead, least = here - back1, ahead1 - here, _ROUNDING * here
+    bend = abs(ahead - back)
+    bend_back = abs(back1 - back2 - back) if back2 > _ZERO else bend
+    bend_ahead = abs(ahead2 - ahead1 - ahead) if ahead2 > _ZERO else bend
+    of_ahead = (bend_back + least) ** 2 if ahead1 > _ZERO else _ZERO
+    of_back = (bend_ahead + least) ** 2 if back1 > _ZERO else _ZERO
+    total = of_ahead + of_back
+    return (ahead * of_ahead + back * of_back) / (total if total > _ZERO else _ONE)
 
 
 @kernel
-def _find_planes(start, stop, width, ray_x, ray_y, w, planes, cosine):
-    """Rows ``start`` to ``stop``. w: 1 / depth, 0 where there is none. planes: n of n·X = 1, 0 where there is none."""
-    height = w.size // width
+def _find_planes(start, stop, width, rays, turns, w, planes, cosine):
+    """Rows ``start`` to ``stop``. w: 1 / depth with a margin of two pixels, 0 where there is nothing, in one line.
+
+    turns: of each pixel, from slopes along u and v to those along x and y. planes: (3, pixels) n of n·X = 1, written.
+    """
+    wide = width + 4
     for v in range(start, stop):
-        for u in range(width):
-            i = v * width + u
-            cosine[i], planes[i, 0], planes[i, 1], planes[i, 2] = _ZERO, _ZERO, _ZERO, _ZERO
-            if not w[i] > _ZERO:
-                continue
-            across = _slope(w, i, 1, u, width - 1 - u)
-            down = _slope(w, i, width, v, height - 1 - v)
-            # On the plane 1 / depth = n·(x, y, 1): from its slopes along u and v to those along x and y.
-            side, line = 1 if u < width - 1 else -1, width if v < height - 1 else -width
-            sign = 1 if line > 0 else -1
-            xu, yu = (ray_x[i + side] - ray_x[i]) * side, (ray_y[i + side] - ray_y[i]) * side
-            xv, yv = (ray_x[i + line] - ray_x[i]) * sign, (ray_y[i + line] - ray_y[i]) * sign
-            area = xu * yv - yu * xv
-            nx, ny = (across * yv - down * yu) / area, (down * xu - across * xv) / area
-            nz = w[i] - nx * ray_x[i] - ny * ray_y[i]
-            planes[i, 0], planes[i, 1], planes[i, 2] = nx, ny, nz
-            ray = np.sqrt(ray_x[i] * ray_x[i] + ray_y[i] * ray_y[i] + _ONE)
-            cosine[i] = min(w[i] / (np.sqrt(nx * nx + ny * ny + nz * nz) * ray), _ONE)
+        # Slices, because the compiler does not use the vector unit where an index may be any.
+        at, middle = v * width, (v + 2) * wide + 2
+        b2, b1, h = w[middle - 2 :][:width], w[middle - 1 :][:width], w[middle:][:width]
+        a1, a2 = w[middle + 1 :][:width], w[middle + 2 :][:width]
+        u2, u1 = w[middle - 2 * wide :][:width], w[middle - wide :][:width]
+        d1, d2 = w[middle + wide :][:width], w[middle + 2 * wide :][:width]
+        x, y = rays[0, at : at + width], rays[1, at : at + width]
+        xu, xv, yu, yv = (turns[0, at : at + width], turns[1, at : at + width],
+                          turns[2, at : at + width], turns[3, at : at + width])  # fmt: skip
+        px, py, pz = planes[0, at : at + width], planes[1, at : at + width], planes[2, at : at + width]
+        cosines = cosine[at : at + width]
+        for i in range(width):
+            across, down = _slope(b2[i], b1[i], h[i], a1[i], a2[i]), _slope(u2[i], u1[i], h[i], d1[i], d2[i])
+            # On the plane 1 / depth = n·(x, y, 1).
+            there = h[i] > _ZERO
+            nx = xu[i] * across + xv[i] * down if there else _ZERO
+            ny = yu[i] * across + yv[i] * down if there else _ZERO
+            nz = h[i] - nx * x[i] - ny * y[i]
+            px[i], py[i], pz[i] = nx, ny, nz
+            size = np.sqrt((nx * nx + ny * ny + nz * nz) * (x[i] * x[i] + y[i] * y[i] + _ONE))
+            cosines[i] = min(h[i] / (size if there else _ONE), _ONE)
+
+
+@lru_cache(maxsize=8)
+def _turns(camera: Camera) -> NDArray[np.float32]:
+    """(4, pixels): x by u, x by v, y by u, y by v; what a slope along u or v adds to that along x or y."""
+    if min(camera.shape) < 2:
+        return np.zeros((4, camera.width * camera.height), np.float32)  # a line has no slope across
+    x, y = camera.rays.astype(np.float64)
+    (x_v, x_u), (y_v, y_u) = np.gradient(x), np.gradient(y)
+    area = x_u * y_v - y_u * x_v
+    return np.stack([y_v, -y_u, -x_v, x_u]).reshape(4, -1).astype(np.float32) / area.reshape(-1).astype(np.float32)
 
 
 @kernel
@@ -88,7 +89,7 @@ def _meet(start, stop, width, intrinsics, k, turns, rays, planes, tags, depth, f
 
     intrinsics: fx, fy, cx, cy. k: distortion. turns: (1 or rows, 12) that view's rotation and origin as seen here.
     """
-    height = planes.shape[0] // width
+    height = planes.shape[1] // width
     fx, fy, cx, cy = intrinsics
     for v in range(start, stop):
         r = turns[v if turns.shape[0] > 1 else 0]
@@ -113,9 +114,9 @@ def _meet(start, stop, width, intrinsics, k, turns, rays, planes, tags, depth, f
                 if not (0 <= column < width and 0 <= row < height):
                     break
                 at = row * width + column
-                n = planes[at]
-                along = n[0] * dx + n[1] * dy + n[2] * dz
-                z = (_ONE - (n[0] * r[9] + n[1] * r[10] + n[2] * r[11])) / along if along > _ZERO else _ZERO
+                nx, ny, nz = planes[0, at], planes[1, at], planes[2, at]
+                along = nx * dx + ny * dy + nz * dz
+                z = (_ONE - (nx * r[9] + ny * r[10] + nz * r[11])) / along if along > _ZERO else _ZERO
                 if at == before or not z > _ZERO:
                     break
                 px, py, pz = r[9] + z * dx, r[10] + z * dy, r[11] + z * dz
@@ -123,9 +124,9 @@ def _meet(start, stop, width, intrinsics, k, turns, rays, planes, tags, depth, f
             depth[i], face[i] = (z, at) if met else (_ZERO, -1)
             tag[i], cosine[i] = tags[at] if met else np.uint8(255), _ZERO
             if met:
-                n = planes[at]
-                size = np.sqrt((n[0] ** 2 + n[1] ** 2 + n[2] ** 2) * (dx * dx + dy * dy + dz * dz))
-                cosine[i] = min((n[0] * dx + n[1] * dy + n[2] * dz) / size, _ONE)
+                nx, ny, nz = planes[0, at], planes[1, at], planes[2, at]
+                size = np.sqrt((nx * nx + ny * ny + nz * nz) * (dx * dx + dy * dy + dz * dz))
+                cosine[i] = min((nx * dx + ny * dy + nz * dz) / size, _ONE)
 
 
 @inlined
@@ -162,6 +163,20 @@ def _look_from_the_right(start, stop, width, focal_baseline, depth, sees):
             sees[v * width + u] = np.uint8(1) if d[u] > _ZERO and not hidden else np.uint8(0)
 
 
+class _Straight(Geometry):
+    """The image itself. Its planes are fitted when an effect first asks for the incidence, as few do."""
+
+    def __init__(
+        self, seen: "Seen", depth: NDArray[np.float32], face: NDArray[np.int32], tag: NDArray[np.uint8]
+    ) -> None:
+        self._seen, self.depth, self.face, self.tag, self.right_sees = seen, depth, face, tag, None
+
+    @cached_property
+    def cosine(self) -> NDArray[np.float32]:  # type: ignore[override]
+        """As of every :class:`Geometry`."""
+        return self._seen.planes[1].reshape(self.depth.shape)
+
+
 class Seen:
     """What a clean depth image shows of a scene, for effects in place of the scene.
 
@@ -181,19 +196,30 @@ class Seen:
         threads: int = 1,
     ) -> None:
         self.tags, self._camera, self._pose = tags, camera, pose
-        met, size = depth > 0, depth.size
-        w = np.divide(_ONE, depth, out=np.zeros(depth.shape, np.float32), where=met).reshape(-1)
-        self._planes, cosine = np.empty((size, 3), np.float32), np.empty(size, np.float32)
-        ray_x, ray_y = camera.rays.reshape(2, -1)
-        split(_find_planes, camera.height, threads, camera.width, ray_x, ray_y, w, self._planes, cosine)
-        face = np.where(met, np.arange(size, dtype=np.int32).reshape(depth.shape), np.int32(NO_FACE))
-        self._straight = Geometry(depth, face, cosine.reshape(depth.shape), np.where(met, tag, np.uint8(NO_TAG)))
+        face = np.arange(depth.size, dtype=np.int32).reshape(depth.shape)
+        nothing = depth <= 0
+        face[nothing] = NO_FACE
+        tag = np.array(tag)
+        tag[nothing] = NO_TAG
+        self._threads, self._straight = threads, _Straight(self, depth, face, tag)
+
+    @cached_property
+    def planes(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """(3, pixels): n of the plane n·X = 1 in the camera's frame, 0 where there is nothing; (pixels,) its cosine."""
+        eye, depth = self._camera, self._straight.depth
+        w = np.zeros((eye.height + 5, eye.width + 4), np.float32)  # a row more, as slices run over the last one's end
+        np.divide(_ONE, depth, out=w[2:-3, 2:-2], where=depth > 0)
+        planes, cosine = np.empty((3, depth.size), np.float32), np.empty(depth.size, np.float32)
+        arrays = eye.rays.reshape(2, -1), _turns(eye), w.reshape(-1), planes, cosine
+        split(_find_planes, eye.height, self._threads, eye.width, *arrays)
+        return planes, cosine
 
     @cached_property
     def normals(self) -> NDArray[np.float32]:
         """(pixels, 3) unit normals in the world, 0 where there is nothing."""
-        length = np.linalg.norm(self._planes, axis=1, keepdims=True)
-        unit = np.divide(self._planes, length, out=np.zeros_like(self._planes), where=length > 0)
+        planes = self.planes[0].T
+        length = np.linalg.norm(planes, axis=1, keepdims=True)
+        unit = np.divide(planes, length, out=np.zeros_like(planes), where=length > 0)
         return np.asarray(unit @ self._pose[:3, :3].T.astype(np.float32))
 
     def cast(
@@ -210,7 +236,8 @@ class Seen:
 
         A ray that comes out beyond the image, or where it shows nothing, meets nothing.
         """
-        found, threads = self._straight, threads or 1
+        found: Geometry = self._straight
+        threads = threads or 1
         if rays is not None:
             found = self._bent(np.asarray(poses, np.float64), rays, threads)
         if right:
@@ -227,7 +254,7 @@ class Seen:
         k, tags = np.array(eye.distortion, np.float32), self._straight.tag.reshape(-1)
         pictures = (found.depth, found.face, found.cosine, found.tag)
         split(
-            _meet, eye.height, threads, eye.width, intrinsics, k, flat, rays, self._planes, tags,
+            _meet, eye.height, threads, eye.width, intrinsics, k, flat, rays, self.planes[0], tags,
             *(picture.reshape(-1) for picture in pictures),
         )  # fmt: skip
         return found
