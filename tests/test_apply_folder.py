@@ -1,5 +1,6 @@
 """`depthsim apply`: folders of clean depth into what a camera would store, or one line and nothing."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -92,3 +93,19 @@ def test_what_is_there_stays(source: Path, tmp_path: Path) -> None:
     assert "holds files" in str(run("paper", source, source).exception)
     assert "is no folder" in str(run("paper", tmp_path / "none", tmp_path / "out").exception)
     assert "there is no material 'tin'" in str(run("paper", source, tmp_path / "out", "--material", "tin").exception)
+
+
+PAGE = (Path(__file__).parents[1] / "docs" / "apply.md").read_text(encoding="utf-8")
+RECIPES = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+
+
+@pytest.mark.parametrize("recipe", RECIPES, ids=["any", "mujoco", "pybullet"])
+def test_each_recipe_of_the_page_runs_as_it_is_written(recipe: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "egl")
+    for package in re.findall(r"^import (mujoco|pybullet)$", recipe, re.MULTILINE):
+        pytest.importorskip(package, reason=f"needs `pip install {package}`")
+    there: dict[str, Any] = {}
+    exec(compile(recipe, "docs/apply.md", "exec"), there)  # noqa: S102 - the page's own
+    raw = there["stored"].depth_raw
+    assert raw.dtype == np.uint16 and 0.01 < (raw == 0).mean() < 0.6
+    assert 0.5 < np.median(raw[raw > 0]) / 1000 < 5
