@@ -20,6 +20,8 @@ _TRIES = 6
 """How often a ray of another view is followed to the plane of the pixel where it comes out."""
 _FINE = 4
 """Columns of the right image to a pixel."""
+_SMOOTH = _f(0.1)
+"""[px] By so much the step of the disparity may change from pixel to pixel on one surface."""
 _TOLERANCE = _f(0.2)
 """[px] What is nearer by less of disparity hides nothing."""
 
@@ -138,6 +140,16 @@ def _cover(nearest, low, high, d_low, d_high):
         nearest[k] = max(nearest[k], d_low + per * (_f(k) / _FINE - low))
 
 
+@inlined
+def _is_joined(d, u):
+    """Whether a pixel and the next one are of one surface: the step between them is that to a neighbour of one."""
+    step = d[u + 1] - d[u]
+    before = d[u] - d[u - 1] if u > 0 and d[u - 1] > _ZERO else step
+    after = d[u + 2] - d[u + 1] if u + 2 < d.size and d[u + 2] > _ZERO else step
+    alike = min(abs(step - before), abs(after - step)) < _SMOOTH
+    return (d[u] > _ZERO) & (d[u + 1] > _ZERO) & (abs(step) < _ONE) & alike
+
+
 @kernel
 def _look_from_the_right(start, stop, width, focal_baseline, depth, sees):
     """Rows ``start`` to ``stop``: warp each to the right image, and see which of its pixels are still the nearest."""
@@ -150,12 +162,12 @@ def _look_from_the_right(start, stop, width, focal_baseline, depth, sees):
         for u in range(width):
             if not d[u] > _ZERO:
                 continue
-            at, joined = _f(u) - d[u], u + 1 < width and d[u + 1] > _ZERO and abs(d[u + 1] - d[u]) < _ONE
-            if joined:
+            at = _f(u) - d[u]
+            if u + 1 < width and _is_joined(d, u):
                 _cover(nearest, at, at + _ONE + d[u] - d[u + 1], d[u], d[u + 1])
             else:
                 _cover(nearest, at, at + _HALF, d[u], d[u])
-            if u == 0 or not (d[u - 1] > _ZERO and abs(d[u] - d[u - 1]) < _ONE):
+            if u == 0 or not _is_joined(d, u - 1):
                 _cover(nearest, at - _HALF, at, d[u], d[u])
         for u in range(width):
             k = np.int64(np.rint((_f(u) - d[u]) * _FINE))
@@ -182,8 +194,8 @@ class Seen:
 
     depth: (height, width) [m], 0 where there is nothing. tag: (height, width) index into ``tags``. pose: (4, 4) camera
     to world. Every pixel is taken for a piece of the plane through its neighbours on the same surface, so that normals
-    are off on what is a pixel or two wide. The right imager's view is the left one's, warped row by row: what only the
-    right one would see hides nothing, and steps of less than a pixel of disparity are slopes.
+    are off on what is a pixel or two wide. The right imager's view is the left one's, warped row by row, with edges
+    midway between pixels: what only the right one would see hides nothing.
     """
 
     def __init__(
