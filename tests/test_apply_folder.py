@@ -105,7 +105,7 @@ def test_each_recipe_of_the_page_runs_as_it_is_written(recipe: str, monkeypatch:
     for package in re.findall(r"^import (mujoco|pybullet)$", recipe, re.MULTILINE):
         pytest.importorskip(package, reason=f"needs `pip install {package}`")
     there: dict[str, Any] = {}
-    exec(compile(recipe, "docs/apply.md", "exec"), there)  # noqa: S102 - the page's own
+    exec(compile(recipe, "docs/apply.md", "exec"), there)
     raw = there["stored"].depth_raw
     assert raw.dtype == np.uint16 and 0.01 < (raw == 0).mean() < 0.6
     assert 0.5 < np.median(raw[raw > 0]) / 1000 < 5

@@ -104,6 +104,11 @@ class Effect(BaseModel):
         """Values of all parameters that a recording itself suggests: fits begin there first."""
         return ()
 
+    @classmethod
+    def possible(cls, setting: Setting) -> bool:
+        """Whether a recording like this may be of a sensor that has the effect: fits leave it out otherwise."""
+        return True
+
     @property
     def material_tags(self) -> tuple[str, ...]:
         """The tags that the parameters name; the sensor checks that there are such materials."""

@@ -25,7 +25,8 @@ class Setting:
     tags: materials that are seen. ranges: the depth [m] at the shares ``SHARES`` of the pixels. span: time from first
     to last frame [s]. materials: what the simulator has of each tag. steps: of the disparities, where they have any:
     their width [px] and where they begin, see :func:`~depthsim.gap.depth.data.quantization.find_steps`.
-    learned: by effect, its parameters with the :func:`learned` tables as the recording has them.
+    learned: by effect, its parameters with the :func:`learned` tables as the recording has them. size: width and height
+    of the pictures [px].
     """
 
     SHARES = (0, 0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 0.985, 0.996, 1)
@@ -36,6 +37,7 @@ class Setting:
     materials: Materials
     steps: tuple[float, float] | None = None
     learned: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
+    size: tuple[int, int] | None = None
 
     def depths(self, *shares: float) -> list[float]:
         """The depths [m] than which these shares of the pixels are nearer."""

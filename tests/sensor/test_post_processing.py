@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from shapes import MATERIALS, as_scene, box, camera, wall
 
 from depthsim.camera import Camera
+from depthsim.gap.depth.fit.candidates import candidates
 from depthsim.raycast import Caster
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
 from depthsim.sensor import Effect, Sensor, load_profile
+from depthsim.sensor.effect import Setting
 from depthsim.sensor.effects.decimation import Decimation
 from depthsim.sensor.effects.filter import SpatialFilter
 from depthsim.sensor.effects.hole_filling import HoleFilling
@@ -341,3 +343,11 @@ def test_a_run_is_the_same_bytes_on_any_threads_and_when_it_was_broken_off(tmp_p
     assert made == 3 and len(one) == 12 and one == other
     run = Run.open(runs[0])
     assert run.camera == stored_camera(eye, MEASURED) and run.camera.shape == (36, 48) == run.depth_raw(0).shape
+
+
+@pytest.mark.parametrize(("size", "may"), [((424, 240), True), ((640, 480), False), ((160, 90), False), (None, True)])
+def test_a_recording_that_no_decimation_leaves_is_not_tried_with_it(size: tuple[int, int] | None, may: bool) -> None:
+    setting = Setting(("cement",), np.ones(12), 1.0, MATERIALS, size=size)
+    found = {candidate.effect for candidate in candidates([], setting)}
+    assert ("decimation" in found) is may and {"temporal_filter", "hole_filling"} <= found
+    assert "threshold_filter" not in found

@@ -9,12 +9,14 @@ from depthsim.camera import Camera
 from depthsim.kernels import kernel
 from depthsim.parallel import split
 from depthsim.raycast import Geometry
-from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.effect import Effect, Setting, Stage, parameter
 from depthsim.sensor.frame import Frame
 
 _MULTIPLE = 4
 """Width and height of what comes out are rounded up to this, with holes."""
 _LARGEST_MEDIAN = 3
+_LARGEST = 1280, 800
+"""[px] Width and height of the largest pictures of the D400 series, RealSense datasheet 337029."""
 
 
 @kernel
@@ -79,6 +81,13 @@ class Decimation(Effect):
     def imager(self, camera: Camera) -> Camera:
         """The camera with so many more pixels."""
         return _scaled(camera, camera.width * self.factor, camera.height * self.factor, self.factor)
+
+    @classmethod
+    def possible(cls, setting: Setting) -> bool:
+        """Only pictures of whole fours, of half the size of the largest that a D400 camera has, or less."""
+        if setting.size is None:
+            return True
+        return all(n % _MULTIPLE == 0 and 2 * n <= most for n, most in zip(setting.size, _LARGEST, strict=True))
 
     def apply(self, frame: Frame) -> None:
         """Put the smaller picture in the place of the frame's."""

@@ -22,8 +22,8 @@ def setting_of(evidence: Evidence, learned: Mapping[str, Mapping[str, Any]] | No
     tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
     quantiles = np.quantile(evidence.depths, Setting.SHARES).astype(float)
     stamps = [frame.stamp for frame in evidence.frames.values()]
-    span = max(stamps) - min(stamps)
-    return Setting(tags, quantiles, span, evidence.materials, find_steps(evidence), learned or {})
+    span, size = max(stamps) - min(stamps), (evidence.camera.width, evidence.camera.height)
+    return Setting(tags, quantiles, span, evidence.materials, find_steps(evidence), learned or {}, size)
 
 
 @dataclass(frozen=True)
@@ -109,6 +109,8 @@ def candidates(
         if name in without:
             continue
         kind = effect_class(name)
+        if name not in present and not kind.possible(setting):
+            continue
         if name in setting.learned:
             found.append(_learned(kind, setting, config))
         if name in present:
