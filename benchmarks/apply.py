@@ -73,7 +73,9 @@ def distances(caster: Caster, motion: Motion, index: int, stamps: Any) -> Table:
 
     def row(name: str, effects: list[Effect]) -> None:
         keys: dict[str, Any] = {"index": index, "motion": motion}
-        cast = Sensor(caster, camera, effects).measure(pose, stamp=stamp, **keys)
+        aligns = camera.color is not None and any(effect.moves_camera for effect in effects)
+        at = pose @ camera.color.pose if aligns else pose  # the colour camera's, so that the left imager is at `pose`
+        cast = Sensor(caster, camera, effects).measure(at, stamp=stamp, **keys)
         given = Sensor(camera=camera, profile=effects).apply(
             clean.depth, tag=clean.tag, tags=caster.scene.tags, stamps=[stamp], **keys
         )

@@ -26,7 +26,7 @@ INERTIA = np.array([0.015, 0.016, 0.028])
 BASE_DRAG = 0.28
 """[N/(m/s)] along body x and y; what the vehicle file has too, unless drag is what is withheld."""
 MOTOR_LAG = 0.03
-PATHS = ("circle", "lemniscate", "shuttle", "hops")
+PATHS = ("circle", "lemniscate", "shuttle", "hops", "hover")
 
 # Places of the truth's numbers in the kernel's array.
 (
@@ -83,6 +83,9 @@ class Path:
         """(N, 3) places."""
         if self.kind == "hops":
             return self._hops(t)
+        if self.kind == "hover":  # it keeps its place, and goes to look at another one now and then
+            places = np.sin(0.11 * t[:, None] + [self.phase, 2 * self.phase, 3 * self.phase])
+            return np.asarray([0.0, 0.0, self.height] + self.size * places**3)
         ramp = np.minimum(t / 3.0, 1.0)
         eased = np.cumsum(ramp * ramp * (3 - 2 * ramp)) * (t[1] - t[0])
         a, s, up = self.size, self.phase, self.climb
@@ -133,6 +136,8 @@ def random_path(rng: np.random.Generator, kind: str, low: bool = False) -> Path:
     turning, phase = bool(rng.random() < 0.4), float(rng.uniform(0.05, 6.2))
     if kind == "hops":
         return Path(kind, 3.0, float(rng.uniform(2, 6)), float(rng.uniform(0.12, 0.2)), 0.9, turning, phase)
+    if kind == "hover":
+        return Path(kind, 0.2, float(rng.uniform(0.1, 0.6)), float(rng.uniform(1.5, 3.0)), 0.0, turning, phase)
     size = speed**2 / float(rng.uniform(2.0, 5.0)) + 1.0
     if kind == "lemniscate":
         size *= 1.3

@@ -1,4 +1,4 @@
-"""The geometry of one depth camera: intrinsics, distortion and stereo baseline."""
+"""The geometry of one depth camera: intrinsics, distortion, stereo baseline, and the colour camera beside it."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -12,6 +12,57 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
 from depthsim.yamlfile import read_model
 
+Distortion = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
+_STRAIGHT = (0.0, 0.0, 0.0, 0.0, 0.0)
+_PICTURE = ("width", "height", "fx", "fy", "cx", "cy", "distortion")
+"""The keys that say how a picture is projected: those of a camera, and those of the other camera beside it."""
+
+
+class Intrinsics(BaseModel):
+    """How one picture is projected; see :class:`Camera` for pixels and distortion."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    width: int = Field(gt=0, le=16384, description="[px]")
+    height: int = Field(gt=0, le=16384, description="[px]")
+    fx: FiniteFloat = Field(gt=0, description="[px]")
+    fy: FiniteFloat = Field(gt=0, description="[px]")
+    cx: FiniteFloat = Field(description="[px]")
+    cy: FiniteFloat = Field(description="[px]")
+    distortion: Distortion = Field(_STRAIGHT, description="Brown-Conrady k1, k2, p1, p2, k3, in OpenCV's order")
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width) of an image [px]."""
+        return self.height, self.width
+
+
+class ColorCamera(Intrinsics):
+    """The colour camera: its intrinsics, and its pose in the left imager's optical frame."""
+
+    rotation: tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat] = Field(
+        (0.0, 0.0, 0.0, 1.0), description="quaternion x y z w, colour camera to left imager"
+    )
+    translation: tuple[FiniteFloat, FiniteFloat, FiniteFloat] = Field(
+        description="where the colour camera is, in the left imager's frame [m]"
+    )
+
+    @model_validator(mode="after")
+    def _rotation_is_one(self) -> "ColorCamera":
+        if not abs(float(np.linalg.norm(self.rotation)) - 1) < 1e-3:
+            raise ValueError("the quaternion `rotation` (x y z w) is not of length 1")
+        return self
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """(4, 4) colour camera to left imager."""
+        from depthsim.trajectory.rotation import rotation_matrices  # whose package brings all that reads scenes
+
+        pose, quaternion = np.eye(4), np.array([self.rotation], np.float64)
+        pose[:3, :3] = rotation_matrices(quaternion / np.linalg.norm(quaternion))[0]
+        pose[:3, 3] = self.translation
+        return pose
+
 
 class Camera(BaseModel):
     """A pinhole or Brown-Conrady camera, as in camera.yaml.
@@ -19,6 +70,10 @@ class Camera(BaseModel):
     The optical frame is x right, y down, z forward. Pixel (u, v) is the sample at the centre of its cell: its ray is
     ((u - cx) / fx, (v - cy) / fy, 1), u and v counted from 0. Depth belongs to the left imager; the right imager
     sits at +baseline along x. A distortion that folds the image over (no ray for some pixel) is rejected.
+
+    ``color`` is the colour camera beside the left imager. Where ``aligned`` is true the pictures are those of the
+    colour camera: the left imager has measured and its depth was resampled, as librealsense's align does. Intrinsics,
+    rays and poses are the colour camera's then, and :attr:`left` is the camera that has measured.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -31,12 +86,28 @@ class Camera(BaseModel):
     fy: FiniteFloat = Field(gt=0, description="[px]")
     cx: FiniteFloat = Field(description="[px]")
     cy: FiniteFloat = Field(description="[px]")
-    distortion: tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat] = Field(
-        (0.0, 0.0, 0.0, 0.0, 0.0), description="Brown-Conrady k1, k2, p1, p2, k3, in OpenCV's order"
-    )
+    distortion: Distortion = Field(_STRAIGHT, description="Brown-Conrady k1, k2, p1, p2, k3, in OpenCV's order")
     baseline: FiniteFloat = Field(gt=0, description="left to right imager [m]")
     depth_scale: FiniteFloat = Field(0.001, gt=0, description="metres per unit of the 16-bit depth")
     rate: FiniteFloat = Field(30.0, gt=0, description="frames per second [Hz]")
+    color: ColorCamera | None = Field(None, description="the colour camera")
+    aligned: bool = Field(False, description="whether the depth was resampled into the colour camera")
+    depth: Intrinsics | None = Field(None, description="of an aligned camera, the left imager's before that")
+
+    @model_validator(mode="after")
+    def _aligned_has_its_cameras(self) -> "Camera":
+        if not self.aligned:
+            if self.depth is not None:
+                raise ValueError("`depth` is of an aligned camera: write `aligned: true`, or leave it out")
+            return self
+        if self.color is None:
+            raise ValueError("aligned is true without `color`: write the colour camera's intrinsics and its pose there")
+        for name in _PICTURE:
+            own, theirs = getattr(self, name), getattr(self.color, name)
+            if not np.allclose(own, theirs, rtol=0, atol=1e-3):
+                text = f"{name} is {own}, and color.{name} {theirs}: of an aligned camera they are the same"
+                raise ValueError(text)
+        return self
 
     @model_validator(mode="after")
     def _distortion_has_a_model(self) -> "Camera":
@@ -58,8 +129,55 @@ class Camera(BaseModel):
         return self
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> "Camera":
-        """A copy with other values, checked like any camera; pydantic's own would keep the rays of the old one."""
-        return Camera.model_validate({**self.model_dump(), **(update or {})})
+        """A copy with other values, checked like any camera; pydantic's own would keep the rays of the old one.
+
+        Of an aligned camera the colour camera's intrinsics change with the camera's own.
+        """
+        update = dict(update or {})
+        if self.aligned and self.color is not None and not {"color", "aligned"} & update.keys():
+            update["color"] = self.color.model_dump() | {k: update[k] for k in _PICTURE if k in update}
+        return Camera.model_validate({**self.model_dump(), **update})
+
+    def aligned_to_color(self) -> "Camera":
+        """The camera whose pictures are those of this one, resampled into its colour camera; itself if it is that.
+
+        ValueError where there is no colour camera.
+        """
+        if self.aligned:
+            return self
+        if self.color is None:
+            raise ValueError(f"{self.name} has no colour camera")
+        own = {name: getattr(self, name) for name in _PICTURE}
+        return self._with(self.color, aligned=True, depth=own)
+
+    @cached_property
+    def left(self) -> "Camera":
+        """The camera that measures: the left imager's, with its colour camera, where this one is aligned; else itself.
+
+        Where an aligned camera does not say what its left imager was, it is that of the preset of its name, or else a
+        D435's, at the size of the pictures.
+        """
+        if not self.aligned:
+            return self
+        return self._with(self.depth or self._usual_left(), aligned=False, depth=None)
+
+    def _with(self, picture: Intrinsics, **others: Any) -> "Camera":
+        keys = self.model_dump() | {name: getattr(picture, name) for name in _PICTURE} | others
+        return Camera.model_validate(keys | {"model": "brown_conrady" if any(picture.distortion) else "pinhole"})
+
+    def _usual_left(self) -> Intrinsics:
+        from depthsim.presets import PRESETS  # which is made of cameras
+
+        focal = PRESETS.get(self.name.lower(), PRESETS["d435"]).focal_length(self.width, self.height)
+        cx, cy = (self.width - 1) / 2, (self.height - 1) / 2
+        size = {"width": self.width, "height": self.height}
+        return Intrinsics.model_validate({**size, "fx": focal, "fy": focal, "cx": cx, "cy": cy})
+
+    @cached_property
+    def left_pose(self) -> NDArray[np.float64]:
+        """(4, 4) the left imager in this camera's frame: to be put behind a pose of this camera."""
+        pose = self.color.pose if self.aligned and self.color is not None else np.eye(4)
+        return np.asarray(np.linalg.inv(pose))
 
     def _fields(self) -> tuple[object, ...]:
         return tuple(getattr(self, name) for name in type(self).model_fields)
@@ -78,8 +196,8 @@ class Camera(BaseModel):
 
     @property
     def focal_baseline(self) -> float:
-        """f·b [px m]: depth is this over disparity (Eq. 2 of the paper)."""
-        return self.fx * self.baseline
+        """f·b of the left imager [px m]: depth is this over disparity (Eq. 2 of the paper)."""
+        return self.left.fx * self.baseline
 
     @cached_property
     def rays(self) -> NDArray[np.float32]:
@@ -96,7 +214,12 @@ class Camera(BaseModel):
 
     def to_yaml(self) -> str:
         """The text of camera.yaml."""
-        keys = self.model_dump(mode="json", exclude=None if any(self.distortion) else {"distortion"})
+        keys = self.model_dump(mode="json", exclude_none=True)
+        for part in (keys, keys.get("color", {}), keys.get("depth", {})):
+            if not any(part.get("distortion", ())):
+                part.pop("distortion", None)
+        if not self.aligned:
+            del keys["aligned"]
         return yaml.safe_dump(keys, sort_keys=False)
 
 

@@ -99,6 +99,14 @@ def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray
             out[i] = np.uint8(_i(min(np.sqrt(grey) * _f(255) + _f(0.5), _f(255))))
 
 
+def light_on_faces(scene: Scene) -> NDArray[np.float32]:
+    """(F,) float32: the light that falls on each face, at most 1."""
+    light = _LIGHT / np.linalg.norm(_LIGHT)
+    # Walls are often seen from behind in scenes by others, so the light shines on both sides.
+    of_face: NDArray[np.float32] = (0.45 + 0.55 * np.abs(scene.normals @ light)).astype(np.float32)
+    return of_face
+
+
 def intensity_image(
     geometry: Geometry,
     camera: Camera,
@@ -118,9 +126,7 @@ def intensity_image(
     albedos, contrasts = np.zeros((2, NO_TAG + 1), np.float32)
     albedos[: len(scene.tags)] = [materials[tag].albedo for tag in scene.tags]
     contrasts[: len(scene.tags)] = [materials[tag].texture for tag in scene.tags]
-    light = _LIGHT / np.linalg.norm(_LIGHT)
-    # Walls are often seen from behind in scenes by others, so the light shines on both sides.
-    of_face = 0.45 + 0.55 * np.abs(scene.normals @ light)
+    of_face = light_on_faces(scene)
     split(
         _shade,
         image.size,
@@ -134,7 +140,7 @@ def intensity_image(
         camera.rays[1].reshape(-1),
         geometry.depth.reshape(-1),
         geometry.face.reshape(-1),
-        of_face.astype(np.float32),
+        of_face,
         geometry.tag.reshape(-1),
         image.reshape(-1),
         multiple=_BLOCK,

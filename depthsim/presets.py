@@ -32,6 +32,20 @@ _DATASHEET = "RealSense D400 series datasheet, document 337029"
 
 
 @dataclass(frozen=True)
+class ColorPreset:
+    """What is known of a colour camera. fov: of its whole picture, horizontally [deg]. imager: its size.
+
+    x: where it is, along the left imager's x [m]; it looks the same way. Real units are turned by up to a degree and
+    off by a millimetre, and are calibrated one by one: librealsense issue 7300 has f = 612 px at 640x480 of a D435
+    (here 621), realsense-ros issue 2788 its extrinsics.
+    """
+
+    fov: float
+    imager: Resolution
+    x: float
+
+
+@dataclass(frozen=True)
 class Preset:
     """What is known of one camera. ``sources`` says where each fact is from, by the name of its field.
 
@@ -49,6 +63,7 @@ class Preset:
     default: Resolution  # the one that the maker recommends
     recommended_range: tuple[float, float]  # [m]
     min_z_table: dict[Resolution, float]  # [m]
+    color: ColorPreset
     depth_scale: float = 0.001  # [m] per unit
     sources: dict[str, str] = field(default_factory=dict)
 
@@ -59,10 +74,14 @@ class Preset:
         full height and is cropped at the sides: 640x480 is 1280x800 scaled by 0.6 on a D435 and 1920x1080 scaled by
         4/9 on a D415, as their datasheet angles for VGA have it (75° and 50°).
         """
-        full_width = self.imager[0] / 2 / math.tan(math.radians(self.fov[0] / 2))
-        scale, tall = width / self.imager[0], height / self.imager[1]
-        # 848x480 and 424x240 are a little taller than 16:9 and yet show the full width.
-        return full_width * (tall if tall > 1.01 * scale else scale)
+        return _focal_length(self.imager, self.fov[0], width, height)
+
+    def _color_keys(self, width: int, height: int) -> dict[str, Any]:
+        """The colour camera at a resolution; it is scaled and cropped as the depth camera is."""
+        focal = _focal_length(self.color.imager, self.color.fov, width, height)
+        middle = {"cx": (width - 1) / 2, "cy": (height - 1) / 2}
+        place = {"translation": (self.color.x, 0.0, 0.0)}
+        return {"width": width, "height": height, "fx": focal, "fy": focal, **middle, **place}
 
     def min_z(self, width: int, height: int) -> float:
         """The least depth [m] at a resolution: from the datasheet's table, else f·b / 126 px.
@@ -74,7 +93,10 @@ class Preset:
         return self.min_z_table.get((width, height), rule)
 
     def camera(self, width: int | None = None, height: int | None = None, rate: float | None = None) -> Camera:
-        """The camera at a resolution (the recommended one if none is given) and a frame rate (30 Hz)."""
+        """The camera at a resolution (the recommended one if none is given) and a frame rate (30 Hz).
+
+        Its colour camera has the same resolution.
+        """
         if (width is None) != (height is None):
             raise InputError(self.name.lower(), "", "width and height go together", "give both or neither")
         width, height = (width, height) if width is not None and height is not None else self.default
@@ -89,10 +111,19 @@ class Preset:
             "baseline": self.baseline,
             "depth_scale": self.depth_scale,
             "rate": 30.0 if rate is None else rate,
+            "color": self._color_keys(width, height),
         }
         return validate(Camera, keys, Path(self.name.lower()))
 
 
+def _focal_length(imager: Resolution, fov: float, width: int, height: int) -> float:
+    full_width = imager[0] / 2 / math.tan(math.radians(fov / 2))
+    scale, tall = width / imager[0], height / imager[1]
+    # 848x480 and 424x240 are a little taller than 16:9 and yet show the full width.
+    return full_width * (tall if tall > 1.01 * scale else scale)
+
+
+_URDF = "realsense-ros, realsense2_description/urdf"
 _SOURCES = {
     "baseline": f"{_DATASHEET}, depth camera SKU properties",
     "fov": f"{_DATASHEET} (May 2020), depth camera SKU properties, HD: ±3° horizontally",
@@ -102,6 +133,7 @@ _SOURCES = {
     "recommended_range": "product page, ideal range",
     "min_z_table": f"{_DATASHEET}, table Minimum-Z Depth (4-11 in revision 017, 4-12 in March 2026)",
     "depth_scale": "librealsense, RS2_OPTION_DEPTH_UNITS: 0.001 m but for the D405",
+    "color": f"fov and imager: {_DATASHEET}, colour image sensor properties; x: {_URDF}, cam_depth_to_color_offset",
 }
 
 _D435 = Preset(
@@ -120,6 +152,7 @@ _D435 = Preset(
         (480, 270): 0.120,
         (424, 240): 0.105,
     },
+    color=ColorPreset(fov=69, imager=(1920, 1080), x=-0.015),
     sources=_SOURCES,
 )
 
@@ -139,6 +172,7 @@ PRESETS: dict[str, Preset] = {
             (480, 270): 0.045,
             (424, 240): 0.040,
         },
+        color=ColorPreset(fov=87, imager=(1280, 800), x=0.0),
         depth_scale=0.0001,
         sources=_SOURCES
         | {
@@ -146,6 +180,7 @@ PRESETS: dict[str, Preset] = {
             "default": "product page, which gives the minimum depth, 7 cm, at 480p",
             "min_z_table": f"{_DATASHEET}, Minimum-Z Depth of the D401, as its distributor quotes it; no 640x480",
             "depth_scale": "librealsense pull request 8946: 0.0001 m",
+            "color": "product page: it has no colour camera of its own, the left imager gives the colour",
         },
     ),
     "d415": Preset(
@@ -157,6 +192,7 @@ PRESETS: dict[str, Preset] = {
         default=(1280, 720),
         recommended_range=(0.5, 3.0),
         min_z_table={(1280, 720): 0.450, (424, 240): 0.160},
+        color=ColorPreset(fov=69, imager=(1920, 1080), x=-0.015),
         sources=_SOURCES
         | {
             "fov": f"{_DATASHEET} (May 2020), depth camera SKU properties, HD: ±2° horizontally",
@@ -174,6 +210,7 @@ PRESETS: dict[str, Preset] = {
         default=(848, 480),
         recommended_range=(0.6, 6.0),
         min_z_table={(1280, 720): 0.520},
+        color=ColorPreset(fov=90, imager=(1280, 800), x=0.059),
         sources=_SOURCES
         | {
             "fov": "product page",

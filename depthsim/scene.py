@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.look import Look
+
 NO_TAG = 255
 """The index in a picture of tags where a ray hit nothing; a scene has at most this many tags."""
 
@@ -22,6 +24,7 @@ class Scene:
     tags: the material tags in use, names from materials.yaml.
     trajectories: by name, the trajectory specifications that came with the scene; the first one is its default.
     source: the file it was read from.
+    look: the colours that its mesh files have; None where they have none.
     """
 
     name: str
@@ -31,6 +34,7 @@ class Scene:
     tags: tuple[str, ...]
     trajectories: dict[str, dict[str, object]] = field(default_factory=dict)
     source: Path | None = None
+    look: Look | None = None
 
     @cached_property
     def normals(self) -> NDArray[np.float32]:
@@ -48,9 +52,10 @@ class Scene:
 
     @cached_property
     def digest(self) -> str:
-        """24 hexadecimal digits that stand for triangles and tags of faces: another scene has others."""
+        """24 hexadecimal digits that stand for triangles, tags and colours of faces: another scene has others."""
         digest = hashlib.blake2b(digest_size=12)
-        for array in (self.vertices, self.faces, self.face_tags):
+        look = () if self.look is None else (self.look.texture, self.look.uv, self.look.colors, *self.look.pictures)
+        for array in (self.vertices, self.faces, self.face_tags, *look):
             digest.update(np.ascontiguousarray(array).data)
         return digest.hexdigest()
 

@@ -59,5 +59,6 @@ RIGHT_AXES: dict[str, tuple[str, ...]] = {
     "flying_pixels": ("edge_distance", "residual_tail"),
     "edge_fattening": ("edge_distance",),
     "spatial_filter": ("pixel_neighbours", "edge_distance"),
+    "align_to_color": ("edge_distance", "pixel_neighbours"),
 }
 """Those on which a reader would find the effect. fill_rate is left out: it depends on nothing."""

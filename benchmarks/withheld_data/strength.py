@@ -7,6 +7,7 @@
     neighbours  mean correlation of the normalised errors of neighbours in x and y
     frames      mean correlation of the normalised error of a pixel with that of the frame before
     ratio_m     relative error of m (that material must fill 8 % of the pixels, at 0.8 m or more)
+    doubled     share of the pixels that equal their left neighbour
     stuck       share of the frames that show an earlier one
 
 RANGES says what weak, medium and strong are. The amount of a formula is solved for, such that its statistic on a few
@@ -29,6 +30,7 @@ RANGES: dict[str, tuple[Range, Range, Range]] = {
     "neighbours": ((0.08, 0.15), (0.3, 0.5), (0.7, 0.9)),
     "frames": ((0.1, 0.18), (0.35, 0.55), (0.7, 0.9)),
     "ratio_m": ((0.15, 0.2), (0.22, 0.3), (0.32, 0.45)),
+    "doubled": ((0.1, 0.2), (0.25, 0.4), (0.45, 0.6)),
     "stuck": ((0.08, 0.15), (0.2, 0.35), (0.4, 0.6)),
 }
 """By statistic, the ranges of weak, medium and strong."""
@@ -161,6 +163,10 @@ def _neighbours(before: Take, after: Take) -> float:
     return (correlation(e[:, 1:], e[:, :-1]) + correlation(e[1:], e[:-1])) / 2
 
 
+def _doubled(before: Take, after: Take) -> float:
+    return float(np.mean((after.z[:, 1:] == after.z[:, :-1]) & (after.z[:, 1:] > 0)))
+
+
 def _between_frames(film: Film, formulas: Sequence[Formula]) -> float:
     many = [_errors(film.make(i, formulas)) for i in range(min(len(film), 8))]
     return float(np.mean([correlation(a, b) for a, b in zip(many[1:], many[:-1], strict=True)]))
@@ -175,4 +181,11 @@ def _ratio(film: Film, formula: Formula) -> float:
     return formula.amount if seen else 0.0
 
 
-_STATISTICS = {"change": _change, "spread": _spread, "holes": _holes, "spurious": _spurious, "neighbours": _neighbours}
+_STATISTICS = {
+    "change": _change,
+    "spread": _spread,
+    "holes": _holes,
+    "spurious": _spurious,
+    "neighbours": _neighbours,
+    "doubled": _doubled,
+}

@@ -113,16 +113,17 @@ def _camera(
 ) -> "Camera":
     """The camera that is asked for, or the one that stores the other run's pictures, or the profile's, or the D435."""
     from depthsim.presets import preset, resolve_camera
-    from depthsim.sensor.pipeline import imager_camera
+    from depthsim.sensor.pipeline import camera_for
 
     if choice is None and like is not None:
-        camera = imager_camera(like.camera, profile.effects)
+        camera = camera_for(like.camera, profile.effects)
     elif choice is None:
         camera = profile.camera or preset("d435")
     else:
         camera = resolve_camera(choice)
     if size is not None:
-        camera = preset(camera.name, *size)
+        known = preset(camera.name, *size)
+        camera = known.aligned_to_color() if camera.aligned else known
     return camera if rate is None else camera.model_copy(update={"rate": rate})
 
 

@@ -75,7 +75,10 @@ class DepthFit(Section):
 
     first_look_pixels: int = _count(400_000, "that are enough for a first look at the whole bank")
     leaders: int = _count(6, "candidates that are fitted in full after the first look")
-    looked_at_again: int = _count(10, "of the bank that are looked at for a further cause, by what they did at first")
+    leaders_of_kind: int = _count(4, "of these that make the same kind of error, as long as others do something")
+    looked_at_again: int = _count(
+        12, "of the bank that are fitted in a first look for a further cause, by how they begin"
+    )
     far_behind: float = _value(2.0, "times the least loss: a candidate above it after two rounds is fitted no further")
     trial: float = _value(0.25, "of a change that matters, by which a parameter is moved to find its slope")
     longest_step: float = _value(4.0, "changes that matter, by which a parameter moves at once")
@@ -98,7 +101,7 @@ class DepthSelect(Section):
     first_apart_times: float = _value(3.0, "what the next effect would close, see first_apart")
     further: float = _value(0.1, "that is enough for a further cause, whatever was left")
     further_of_left: float = _value(0.5, "of what was left, that is enough for a further cause")
-    further_apart: float = _value(0.2, "of what was left, that is enough if `stays` of it stays beside any rival")
+    further_apart: float = _value(0.1, "of what was left, that is enough if `stays` of it stays beside any rival")
     least: float = _value(0.005, "that a cause must close beside a later one; below it, it is dropped")
     stays: float = _value(
         0.7,
@@ -109,6 +112,10 @@ class DepthSelect(Section):
     rounds: int = _count(2, "times that causes are looked for, when some are dropped at the end")
     trusted: int = _count(
         1, "times that a cause is taken for the moment, though it does not act where the gap lies yet"
+    )
+    beginnings: int = _count(2, "effects that are tried as the first cause, where something is left")
+    better: float = _value(
+        0.03, "of what is left, by which causes with another first one must leave less, and surely so"
     )
     nearest: float = _value(0.1, "that an effect must close to be reported as near, though it is no cause")
     most_nearest: int = _count(3, "effects that are reported as near at most")
@@ -138,6 +145,7 @@ class DepthAgreement(Section):
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
     together: float = _value(0.3, "of what an effect does: with more going together, it is no independent error")
     idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
+    steps: float = _value(0.1, "bits by which the phases of disparities must differ for their steps to be wrong")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
 
 
@@ -224,6 +232,9 @@ class FlightSelect(Section):
     """Which effects the logs speak for."""
 
     most_causes: int = _count(6, "causes that are named at most")
+    rounds: int = _count(2, "times that causes are looked for again, when some do not act where the gap lies")
+    nearest: float = _value(0.1, "that an effect must close to be reported as near, though it is no cause")
+    most_nearest: int = _count(3, "effects that are reported as near at most")
     least_share: float = _value(0.01, "of the gap's power, a tenth of its size: less is not worth a name")
     tie_t: float = _value(2.0, "difference of two losses over its standard error, below which they may be equal")
     tie_gain: float = _value(5.0, "difference of two losses below which they are equal")
@@ -237,14 +248,16 @@ class FlightSelect(Section):
     uneven_rotors: float = _value(
         0.25, "how far the force may speak of other uneven rotors than the logged thrusts, over what these differ by"
     )
-    lasting_motion: float = _value(
-        0.75, "of what is learned in time: so much on acceleration, angular rate or thrust, and it is no gust"
+    lasting: float = _value(
+        0.85, "of what is learned in time: with so much on an axis that lasts, what varies is no wind"
     )
-    lasting: float = _value(0.5, "the same on any other axis that lasts")
-    candidate: float = _value(0.85, "of what gusts close: a candidate that closes so much is taken, and no gusts")
+    lasting_by_found: float = _value(0.5, "the same where the vehicle has no drag of its own that carries a wind")
     like_wind: float = _value(0.6, "of what a free force in time closes: a wind closes so much, or it is none")
     velocities_show: float = _value(9.0, "of the loss: velocities that are noisier say nothing of gusts")
-    gusts_share: float = _value(0.05, "of what is closed with gusts: candidates alone must leave this much more")
+    gusts_share: float = _value(
+        0.05, "of what is closed with a wind in time: candidates alone must leave this much more"
+    )
+    varying_share: float = _value(0.005, "the same where a constant wind is among these candidates")
 
 
 class FlightSignificance(Section):
@@ -252,8 +265,7 @@ class FlightSignificance(Section):
 
     least_gain: float = _value(22.0, "of the loss, which chance lowers by about 1 a parameter; the bank's size counted")
     least_t: float = _value(2.6, "mean gain of the blocks over its standard error")
-    residual: float = _value(0.006, "of the gap's power: a residual below this is not reported")
-    residual_of_gusts: float = _value(0.05, "the same where the wind gusts: between knots a little is always left")
+    faint: float = _value(0.1, "of the floor: what can be learned on an axis and is less than this is no gap")
     least_axis: float = _value(0.05, "share of the power that must be learned on an axis for the gap to lie there")
     most_axes: int = _count(6, "axes that are reported at most")
     nearest: float = _value(
@@ -262,7 +274,13 @@ class FlightSignificance(Section):
         "names leave 0.02 to 0.1 in benchmarks/withheld_flight.py, right ones by another formula up to 0.01",
     )
     nearest_beside: float = _value(0.3, "the same beside a residual that is known to be there")
+    left_of_all: float = _value(0.05, "of a gap's power: a cause that leaves less acts where it lies")
+    left_along: float = _value(0.5, "of what lies along the axis of its own that has most, that a cause may leave")
+    left_by_wind: float = _value(
+        0.15, "of a gap's power: more that can be learned beside a wind in time, and it is none"
+    )
     also: float = _value(0.8, "a force lies on every axis on which so much of it is learned, relative to the best")
+    also_in_time: float = _value(0.6, "of what is learned in time, that counts for this")
     least_tilt: float = _value(0.01, "[rad] tilts below this are the attitude's own error")
     least_upward: float = _value(0.03, "[m/s²] upwards a tilt hardly matters")
     sensor_shared: float = _value(0.25, "of a sensor's error, what velocities may show at most")

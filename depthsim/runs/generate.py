@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from depthsim import __version__
 from depthsim.camera import Camera
+from depthsim.coloring import color_image
 from depthsim.errors import InputError
-from depthsim.intensity import intensity_image
 from depthsim.materials import Materials, load_materials
 from depthsim.parallel import core_count
 from depthsim.presets import load_camera
@@ -23,7 +23,7 @@ from depthsim.scenefile import load_scene
 from depthsim.scenefile.save import save_scene
 from depthsim.sensor import Effect, Profile, Sensor, load_profile
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import stored_camera, to_depth_raw
+from depthsim.sensor.pipeline import measuring_camera, stored_camera, to_depth_raw
 from depthsim.sensor.sensor import Measurement
 from depthsim.trajectory import Trajectory, load_trajectory
 
@@ -65,7 +65,7 @@ def generate(
         generate("office", "tour", camera="d435", profile="paper", out="run", frames=60)
 
     scene, camera, profile, materials: as :class:`~depthsim.sensor.Sensor` takes them; the run's camera.yaml has the
-    camera of the stored pictures, which is a smaller one where effects decimate them. trajectory: as
+    camera of the stored pictures, another one where effects decimate them or align them to colour. trajectory: as
     :func:`~depthsim.trajectory.load_trajectory` takes it, at the camera's rate; the scene's first by default. Poses
     that are given are the frames'. frames: the first so many.
 
@@ -83,13 +83,17 @@ def generate(
     if profile.stereo is None and set(IR_STREAMS) & set(streams):
         raise InputError(profile.name, "", "is a sensor without infrared images", "give one of active stereo")
     camera = load_camera(camera or profile.camera or "d435")
+    stored = stored_camera(camera, profile.effects)
+    if stored.shape != measuring_camera(camera, profile.effects).shape and set(IR_STREAMS) & set(streams):
+        fix = "leave out `ir`, or the effects that resize the depth"
+        raise InputError(camera.name, "", "stores depth pictures of another size than the infrared ones", fix)
     scene = load_scene(scene, materials=materials)
+    if scene.look is not None and "rgb" not in streams and profile.stereo is None:
+        scene = replace(scene, look=None)  # so that textures need not be there
     rate = None if isinstance(trajectory, Trajectory) else camera.rate
     path = load_trajectory(trajectory, scene, rate, frames)
     record = _describe(scene, profile, materials, seed)
-    with RunWriter(
-        out, stored_camera(camera, profile.effects), path, record, streams, truth=truth, overwrite=overwrite
-    ) as writer:
+    with RunWriter(out, stored, path, record, streams, truth=truth, overwrite=overwrite) as writer:
         missing, total = writer.missing(), len(path)
         progress(total - len(missing), total)
         if missing:
@@ -160,7 +164,7 @@ class FrameMaker:
             "depth": lambda: measured.depth_raw,
             "clean": lambda: to_depth_raw(measured.clean.depth, camera),
             "material": lambda: measured.clean.tag,
-            "rgb": lambda: intensity_image(measured.clean, camera, pose, scene, sensor.materials, threads=1),
+            "rgb": lambda: color_image(measured.clean, camera, pose, scene, sensor.materials, threads=1),
             "normal": lambda: measured.clean.normals(scene),
         }
         if measured.left is not None and measured.right is not None:

@@ -8,7 +8,7 @@ import base64
 import json
 import struct
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
@@ -18,11 +18,13 @@ from urllib.parse import unquote
 import numpy as np
 
 from depthsim.errors import InputError
+from depthsim.look import Look, joined
+from depthsim.scenefile import gltf_look
 from depthsim.scenefile.raw import RawMesh, wound_outwards
 from depthsim.yamlfile import beside
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-_LARGEST = {5120: 127, 5121: 255, 5122: 32767, 5123: 65535}
+_LARGEST = gltf_look.LARGEST
 _BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _MOST_PLACED = 30_000_000
@@ -33,7 +35,8 @@ _UNREADABLE = ("EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_g
 def read_gltf(path: Path, data: bytes) -> RawMesh:
     """The triangles of the default scene, node transforms and instances applied, with their material names.
 
-    A material without a name is called ``material_N`` by its index N. Skins and morph targets stay at rest.
+    A material without a name is called ``material_N`` by its index N. Skins and morph targets stay at rest. Colours are
+    those of the base colour's texture and of the vertices; a base colour alone is none, as it has nothing to see.
     """
     import trimesh
 
@@ -41,7 +44,8 @@ def read_gltf(path: Path, data: bytes) -> RawMesh:
     _refuse(path, header)
     buffers = {str(i): _buffer(path, i, entry, chunk) for i, entry in enumerate(header.get("buffers", []))}
     _check_nodes(path, header)
-    names, largest = _keep_geometry(path, header, {key: len(found) for key, found in buffers.items()})
+    paints = gltf_look.paints(path, header, buffers)
+    names, largest = _keep_geometry(path, header, {key: len(found) for key, found in buffers.items()}, paints)
     scene = trimesh.load_scene(BytesIO(json.dumps(header).encode()), file_type="gltf", resolver=buffers, process=False)
     placed = []
     for node in scene.graph.nodes_geometry:
@@ -51,16 +55,20 @@ def read_gltf(path: Path, data: bytes) -> RawMesh:
     _check_size(path, [len(part.faces) for _, _, part in placed])
     placed.sort(key=lambda entry: (entry[0], entry[1].tobytes()))  # trimesh draws names of nodes at random
     known = tuple(dict.fromkeys(names))
+    looks: list[Look | None] = []
     vertices, faces, face_names, offset = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)], 0
     for primitive, matrix, part in placed:
         local = np.asarray(part.vertices, dtype=np.float64)
         if largest[primitive] > 1:
             local = np.maximum(local / largest[primitive], -1.0)
         vertices.append(local @ matrix[:3, :3].T + matrix[:3, 3])
-        faces.append(wound_outwards(np.asarray(part.faces), matrix[:3, :3]) + offset)
+        corners = wound_outwards(np.asarray(part.faces), matrix[:3, :3])
+        looks.append(gltf_look.look(paints[primitive], part.vertex_attributes, corners))
+        faces.append(corners + offset)
         face_names.append(np.full(len(part.faces), known.index(names[primitive])))
         offset += len(local)
-    return RawMesh(np.concatenate(vertices), np.concatenate(faces), known, np.concatenate(face_names))
+    look = joined(looks, [len(part) for part in faces[1:]])
+    return RawMesh(np.concatenate(vertices), np.concatenate(faces), known, np.concatenate(face_names), look)
 
 
 def _check_size(path: Path, faces: list[int]) -> None:
@@ -149,8 +157,10 @@ def _check_accessor(path: Path, header: dict[str, Any], index: int, sizes: Mappi
         raise InputError(path, f"accessors.{index}", problem, "export or copy the file again")
 
 
-def _keep_geometry(path: Path, header: dict[str, Any], sizes: Mapping[str, int]) -> tuple[list[str], list[int]]:
-    """Take all but the triangles out of the header.
+def _keep_geometry(
+    path: Path, header: dict[str, Any], sizes: Mapping[str, int], paints: Sequence[gltf_look.Paint | None]
+) -> tuple[list[str], list[int]]:
+    """Take all but the triangles, and what their colours need, out of the header.
 
     Returns per primitive its material name, and the integer that stands for 1 in its positions. Each primitive gets a
     material of its own, named by its number, by which it is found again after trimesh renamed meshes and nodes.
@@ -177,9 +187,11 @@ def _keep_geometry(path: Path, header: dict[str, Any], sizes: Mapping[str, int])
                 "material": len(names),
             }
             lean |= {"indices": primitive["indices"]} if "indices" in primitive else {}
+            if (paint := paints[len(names)]) is not None:
+                lean["attributes"] |= paint.attributes
             if "bufferView" not in accessor:  # only then is the compressed geometry the only one
                 lean["extensions"] = {_DRACO: primitive["extensions"][_DRACO]}
-            for index in (lean["attributes"]["POSITION"], lean.get("indices")):
+            for index in (*lean["attributes"].values(), lean.get("indices")):
                 if index is not None and "extensions" not in lean:
                     _check_accessor(path, header, index, sizes)
                 used.add(index)

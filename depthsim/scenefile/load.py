@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from depthsim.errors import InputError
+from depthsim.look import joined
 from depthsim.materials import Materials, load_materials
 from depthsim.scene import NO_TAG, Scene
 from depthsim.scenefile.parts import read_parts
@@ -60,4 +61,5 @@ def load_scene(
         tags=tuple(in_use),
         trajectories=found.trajectories,
         source=found.source,
+        look=joined([part.mesh.look for part in found.parts], [len(part.mesh.faces) for part in found.parts]),
     )

@@ -102,7 +102,8 @@ def clean(raw: RawMesh, path: Path, place: str = "") -> Mesh:
     used[:] = False
     used[faces[kept]] = True
     index = np.cumsum(used) - 1
-    return Mesh(vertices[used], index[faces[kept]], raw.names, raw.face_names[kept], int((~kept).sum()))
+    look = None if raw.look is None else raw.look[kept]
+    return Mesh(vertices[used], index[faces[kept]], raw.names, raw.face_names[kept], look, int((~kept).sum()))
 
 
 def _has_area(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -115,7 +116,10 @@ def _has_area(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArra
 
 def transformed(mesh: Mesh, matrix: NDArray[np.float64], offset: NDArray[np.float64]) -> Mesh:
     """The mesh with every vertex x at ``matrix @ x + offset``; a mirroring matrix turns the winding back."""
-    return replace(mesh, vertices=mesh.vertices @ matrix.T + offset, faces=wound_outwards(mesh.faces, matrix))
+    faces, look = wound_outwards(mesh.faces, matrix), mesh.look
+    if look is not None and np.linalg.det(matrix) < 0:
+        look = look.turned_over()
+    return replace(mesh, vertices=mesh.vertices @ matrix.T + offset, faces=faces, look=look)
 
 
 def _kinds() -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.errors import InputError
+from depthsim.look import PLAIN, PROCEDURAL, Look, Texture
 from depthsim.scenefile.polygons import triangulate
 from depthsim.scenefile.raw import RawMesh
 
@@ -54,11 +55,51 @@ def read_ply(path: Path, data: bytes) -> RawMesh:
     vertices = _positions(path, tables.get("vertex", {}))
     faces, polygon = _faces(path, tables, vertices)
     table = tables.get("face", {})
+    look = _look(path, data, tables, faces, polygon)
     if "material" not in table:
-        return RawMesh(vertices, faces, ("",), np.zeros(len(faces), dtype=np.int64))
+        return RawMesh(vertices, faces, ("",), np.zeros(len(faces), dtype=np.int64), look)
     known, face_names = np.unique(table["material"][1].astype(np.int64)[polygon], return_inverse=True)
     labels = tuple(names.get(int(i), str(i)) for i in known)
-    return RawMesh(vertices, faces, labels, face_names.astype(np.int64))
+    return RawMesh(vertices, faces, labels, face_names.astype(np.int64), look)
+
+
+def _look(
+    path: Path,
+    data: bytes,
+    tables: dict[str, dict[str, _Column]],
+    faces: NDArray[np.int64],
+    polygon: NDArray[np.int64],
+) -> Look | None:
+    """The colours of vertices, and the textures of triangles as MeshLab writes them.
+
+    Those are ``comment TextureFile NAME`` in the header, the list ``texcoord`` of each face, and its ``texnumber``.
+    Of our own are the list ``corner_colors``, RGB of each corner, and textures in the file, elements ``texture_N``.
+    """
+    vertex, face, look = tables.get("vertex", {}), tables.get("face", {}), Look.none(len(faces))
+    texture, uv, colors = look.texture, look.uv, look.colors
+    if {"red", "green", "blue"} <= vertex.keys():
+        rgb = np.stack([vertex[name][1] for name in ("red", "green", "blue")], axis=1)
+        texture, colors = np.full_like(texture, PLAIN), _as_bytes(rgb)[faces]
+    if "corner_colors" in face and (face["corner_colors"][0] == 9).all():
+        colors = _as_bytes(face["corner_colors"][1].reshape(-1, 9))[polygon].reshape(-1, 3, 3)
+    head = data[: data.find(b"end_header")].decode("utf-8", "replace")
+    names = [line.split(maxsplit=2)[2].strip() for line in head.splitlines() if line.startswith("comment TextureFile ")]
+    textures = [Texture(path, f"texture {k}", name) for k, name in enumerate(names)]
+    for k in range(len(tables)):
+        if "png" in (table := tables.get(f"texture_{k}", {})):
+            textures.append(Texture(path, f"texture {k}", data=table["png"][1].astype(np.uint8).tobytes()))
+    if "texcoord" in face and (face["texcoord"][0] == 6).all() and len(polygon) == len(face["texcoord"][0]):
+        uv = face["texcoord"][1].astype(np.float32).reshape(-1, 3, 2)[polygon]
+        number = face["texnumber"][1][polygon] if "texnumber" in face else np.zeros(len(faces))
+        plain = np.where((number == PLAIN) | (texture == PLAIN), PLAIN, PROCEDURAL)
+        texture = np.where((number >= 0) & (number < len(textures)), number, plain).astype(np.int32)
+    return None if (texture == PROCEDURAL).all() else Look(texture, uv, colors, tuple(textures))
+
+
+def _as_bytes(colors: NDArray) -> NDArray[np.uint8]:
+    """Colours as bytes; those that are no whole numbers are from 0 to 1."""
+    whole = np.issubdtype(colors.dtype, np.integer) or colors.max(initial=0) > 1
+    return np.clip(np.rint(colors * (1 if whole else 255)), 0, 255).astype(np.uint8)
 
 
 def _positions(path: Path, table: dict[str, _Column]) -> NDArray[np.float64]:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.look import Look
+
 
 @dataclass(frozen=True)
 class RawMesh:
@@ -14,12 +16,14 @@ class RawMesh:
     faces: (F, 3) int64 indices into ``vertices``, counter-clockwise seen from outside.
     names: the material names of the file; "" stands for a face without a material.
     face_names: (F,) int64 indices into ``names``.
+    look: the colours of the faces, where the file has any.
     """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int64]
     names: tuple[str, ...]
     face_names: NDArray[np.int64]
+    look: Look | None = None
 
     @property
     def areas(self) -> NDArray[np.float64]:

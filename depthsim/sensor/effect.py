@@ -74,6 +74,8 @@ class Effect(BaseModel):
     """the order within a stage; effects of one rank act in the order of their ids"""
     needs_right: ClassVar[bool] = False
     """whether the effect asks what the right imager sees"""
+    moves_camera: ClassVar[bool] = False
+    """whether the pictures that it leaves are of another camera beside: it also acts in :meth:`bend`, at any stage"""
     law: ClassVar[str] = ""
     """what it is a law of, where a sensor has one such law: a fit tries it beside and in place of another one"""
     forms: ClassVar[tuple[Mapping[str, float], ...]] = ({},)
@@ -92,11 +94,17 @@ class Effect(BaseModel):
         raise NotImplementedError
 
     def stored(self, camera: Camera) -> Camera:
-        """The camera of the pictures that the effect leaves of those of ``camera``: another where it resizes them."""
+        """The camera of the pictures that the effect leaves of those of ``camera``: another where it resizes them.
+
+        Of an aligned camera the colour pictures stay; it is the depth before that which is resized.
+        """
         return camera
 
     def imager(self, camera: Camera) -> Camera:
-        """The camera whose pictures the effect makes into those of ``camera``: what undoes :meth:`stored`."""
+        """The camera whose pictures the effect makes into those of ``camera``: what undoes :meth:`stored`.
+
+        An aligned camera is one before the alignment, too, as sensors take it.
+        """
         return camera
 
     @classmethod

@@ -113,7 +113,10 @@ class Frame:
         return self.before(count) if self.before is not None else iter(())
 
     def resize(self, depth: NDArray[np.float32], camera: Camera, geometry: Geometry) -> None:
-        """Put another picture in the place of this one. depth: [m], of the shape of ``camera``, kept."""
+        """Put another picture in the place of this one. depth: [m], of the shape of ``camera``, kept.
+
+        geometry: what its pixels show; an empty one where that is not known.
+        """
         self._depth, self._disparity, self._is_disparity = depth, None, False
         self.camera, self.geometry = camera, geometry
 

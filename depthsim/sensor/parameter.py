@@ -26,7 +26,9 @@ class Setting:
     to last frame [s]. materials: what the simulator has of each tag. steps: of the disparities, where they have any:
     their width [px] and where they begin, see :func:`~depthsim.gap.depth.data.quantization.find_steps`.
     learned: by effect, its parameters with the :func:`learned` tables as the recording has them. size: width and height
-    of the pictures [px].
+    of the pictures that the left imager gave [px].
+    turn: [deg] by which registration finds the camera turned against its poses, about its x, y and z; late: [s] by
+    which the stamps are found early. None where it does not know.
     """
 
     SHARES = (0, 0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 0.985, 0.996, 1)
@@ -38,6 +40,8 @@ class Setting:
     steps: tuple[float, float] | None = None
     learned: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
     size: tuple[int, int] | None = None
+    turn: tuple[float, float, float] | None = None
+    late: float | None = None
 
     def depths(self, *shares: float) -> list[float]:
         """The depths [m] than which these shares of the pixels are nearer."""
@@ -58,8 +62,9 @@ class Parameter:
     starts, scale: where a fit begins and how it varies the parameter, None for the usual (see :meth:`begin` and
     :attr:`scaled`). frozen: recordings hardly show it, so fits leave it as it is.
 
+    step: a change that matters, None for the usual.
     by_material: there is one value for each tag; what a profile leaves out is materials.yaml's value of this name,
-    where it has one. step: a change of such a value that matters; likely: the highest that a fit tries, where that is
+    where it has one; its step is always given. likely: the highest that a fit tries, where that is
     below the bound.
     drawn_as: a value of a sweep (``light.azimuth``) that this parameter shares with other parts of the sensor.
     """
@@ -74,7 +79,7 @@ class Parameter:
     neutral: float | None = None
     starts: Starts | None = None
     scale: Scale | None = None
-    step: float = 1.0
+    step: float | None = None
     frozen: bool = False
     whole: bool = False
     by_material: bool = False
@@ -119,12 +124,13 @@ def parameter(
     neutral: float | None = None,
     starts: Starts | None = None,
     scale: Scale | None = None,
+    step: float | None = None,
     frozen: bool = False,
     drawn_as: str | None = None,
 ) -> Any:
     """Declare a parameter of an effect, a number; see :class:`Parameter`. Fits vary it, unless it is ``frozen``."""
     declared = {"neutral": neutral, "starts": starts, "scale": scale, "frozen": frozen, "drawn_as": drawn_as}
-    extra: dict[str, Any] = {"unit": unit, "source": source, **declared}
+    extra: dict[str, Any] = {"unit": unit, "source": source, "step": step, **declared}
     return Field(default, ge=low, le=high, allow_inf_nan=False, description=about, json_schema_extra=extra)
 
 

@@ -6,7 +6,7 @@ casts that it keeps. So both make the same bits.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from depthsim.materials import Materials
 from depthsim.parallel import split
 from depthsim.raycast import Caster, Geometry
 from depthsim.sensor.effect import Effect, Stage, physical_order
+from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.exposure import Exposure
 from depthsim.sensor.frame import Frame, Surfaces
 from depthsim.sensor.past import Past
@@ -70,27 +71,62 @@ def after_camera(effects: Sequence[Effect]) -> list[Effect]:
 
 def bending(effects: Sequence[Effect]) -> list[Effect]:
     """Those that move the camera or bend its rays, so that the frame has to be cast with them."""
-    return [effect for effect in effects if effect.stage <= Stage.OPTICS]
+    return [effect for effect in effects if effect.stage <= Stage.OPTICS or effect.moves_camera]
+
+
+def all_of(camera: Camera, effects: Sequence[Effect]) -> list[Effect]:
+    """Those that act in a sensor with this camera, which brings its resampling where it is aligned."""
+    found = acting(effects)
+    return acting([*found, AlignToColor()]) if camera.aligned and not _aligning(found) else found
+
+
+def measuring_camera(camera: Camera, effects: Sequence[Effect]) -> Camera:
+    """The camera that measures in a sensor that is given ``camera``: its left imager, before anything is resized."""
+    for effect in _aligning(acting(effects)):
+        camera = effect.stored(camera)
+    return camera.left
 
 
 def stored_camera(camera: Camera, effects: Sequence[Effect]) -> Camera:
-    """The camera of the pictures that are stored, where effects resize those of ``camera``."""
-    for effect in acting(effects):
+    """The camera of the pictures that are stored, of a sensor that is given ``camera``.
+
+    Where nothing is known of its colour camera, pictures that are aligned to it are those of ``camera`` itself.
+    """
+    effects = acting(effects)
+    if camera.color is None and _aligning(effects):
+        return camera
+    for effect in effects:
         camera = effect.stored(camera)
     return camera
 
 
-def imager_camera(camera: Camera, effects: Sequence[Effect]) -> Camera:
-    """The camera whose frames are stored as pictures of ``camera``: what undoes :func:`stored_camera`."""
-    for effect in reversed(acting(effects)):
-        camera = effect.imager(camera)
-    return camera
+def camera_for(stored: Camera, effects: Sequence[Effect]) -> Camera:
+    """The camera to give a sensor whose pictures are to be those of ``stored``: what undoes :func:`stored_camera`.
+
+    A camera that does not say that it is aligned is so by the effect's parameters, and its pictures stay as they are.
+    """
+    effects = acting(effects)
+    if not stored.aligned and _aligning(effects):
+        return _without_color(stored)
+    for effect in reversed(effects):
+        stored = effect.imager(stored)
+    return stored
+
+
+def _aligning(effects: Sequence[Effect]) -> list[Effect]:
+    return [effect for effect in effects if effect.moves_camera]
+
+
+@lru_cache(maxsize=8)
+def _without_color(camera: Camera) -> Camera:
+    return camera if camera.color is None else camera.model_copy(update={"color": None})
 
 
 @dataclass(frozen=True)
 class Pipeline:
-    """A camera in a scene. The effects that its methods take are ordered by :func:`acting`.
+    """The camera that measures, in a scene. The effects that its methods take are those of :func:`all_of`, in order.
 
+    Poses are of the pictures that are stored: where those are aligned to colour, the colour camera's.
     caster: or the image that stands for the scene; None where nothing is cast.
     """
 
@@ -113,7 +149,8 @@ class Pipeline:
             effect.bend(view)
         # A batch of one, whether there is a pose a frame or a pose a row, so that the same memory fits both.
         poses = view.pose[None]
-        batch = None if out is None else out.reshaped((1, *camera.shape))
+        fits = out is not None and out.depth.size == camera.width * camera.height
+        batch = out.reshaped((1, *camera.shape)) if out is not None and fits else None
         met = self.caster.cast(camera, poses, right=right, rays=view.rays, threads=e.threads, out=batch)
         return met[0]
 

@@ -25,7 +25,7 @@ from depthsim.sensor.frame import Frame
 from depthsim.sensor.given import as_depth, as_tags
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.past import Past
-from depthsim.sensor.pipeline import Pipeline, acting, bending, in_camera, stored_camera
+from depthsim.sensor.pipeline import Pipeline, acting, all_of, bending, in_camera, measuring_camera, stored_camera
 from depthsim.sensor.profile import Profile, load_profile
 from depthsim.sensor.seen import Seen
 from depthsim.stereo.stereo import Stereo
@@ -41,7 +41,7 @@ _KEPT = 64
 class Stored:
     """What the sensor gives for one frame, or for N.
 
-    camera: of the pictures: the sensor's own, or a smaller one where effects decimate them.
+    camera: of the pictures: the sensor's own, or another one where effects decimate them or align them to colour.
     depth_raw: (height, width) uint16, depth in units of camera.depth_scale; 0 is a hole, 65535 too far.
     depth: (height, width) float32, the same before it was rounded [m]. Both are (N, height, width) for N frames.
     """
@@ -93,6 +93,7 @@ class Sensor:
     The order of the effects is the physical one (:func:`~depthsim.sensor.effect.physical_order`), whatever the order
     in which they were given. Effects at their neutral value are left out. A profile of active stereo renders and
     matches images in place of casting depth; its effects follow, and none of them may bend rays or move the camera.
+    With ``align_to_color``, or a camera that is aligned, the pictures and the poses are those of the colour camera.
     A tag that is not among the materials is an :class:`~depthsim.errors.InputError`; a parameter for a material that
     this scene does not have is not.
     """
@@ -106,20 +107,20 @@ class Sensor:
     ) -> None:
         self.materials, self.profile = load_materials(materials), load_profile(profile)
         self.camera = load_camera(camera or self.profile.camera or "d435")
-        self.effects = acting(self.profile.effects)
-        bent = bending(self.effects)
-        if bent and self.profile.stereo is not None:
-            raise InputError("sensor profile", bent[0].id, "cannot follow active_stereo", "leave that effect out")
+        self.effects = all_of(self.camera, self.profile.effects)
+        bent, settings = bending(self.effects), self.profile.stereo
+        if settings is not None and (wrong := [effect for effect in bent if not effect.moves_camera]):
+            raise InputError("sensor profile", wrong[0].id, "cannot follow active_stereo", "leave that effect out")
         self._caster: Caster | None = None
         if scene is not None:
             self._caster = scene if isinstance(scene, Caster) else Caster(load_scene(scene, materials=self.materials))
         self._check_tags()
-        settings, caster = self.profile.stereo, self._caster
-        self._pipeline = Pipeline(caster, self.camera, self.materials, caster.scene if caster else _NOWHERE)
-        self._stereo = Stereo(caster, self.camera, settings, self.materials) if settings and caster else None
+        eye, caster = measuring_camera(self.camera, self.effects), self._caster
+        self._pipeline = Pipeline(caster, eye, self.materials, caster.scene if caster else _NOWHERE)
+        self._stereo = Stereo(caster, eye, settings, self.materials) if settings and caster else None
         self._bends, self._asks_right = bool(bent), any(effect.needs_right for effect in self.effects)
         self.stored_camera = stored_camera(self.camera, self.effects)
-        self._resizes = self.stored_camera.shape != self.camera.shape
+        self._resizes = self.stored_camera.shape != eye.shape
         self.looks_back = sum(effect.looks_back for effect in self.effects)
         self._past = Past(self._take_raw, self.camera.rate, _KEPT) if self.looks_back else None
         self._own = threading.local()
@@ -173,10 +174,10 @@ class Sensor:
             met = self._own.met = self._pipeline.cast(self.effects, exposure, right=self._asks_right, out=met)
         else:
             given = met = cast()
-        whole = exposure.scratch.empty(self.camera.shape) if self._resizes else None
+        whole = exposure.scratch.empty(self._pipeline.camera.shape) if self._resizes else None
         depth = out.depth if out else np.empty(stored.shape, np.float32)
         frame, left, right_image = self._take(self.effects, met, depth if whole is None else whole, exposure)
-        if whole is not None:
+        if frame.depth is not depth:
             depth[:] = frame.depth
         raw = self._pipeline.store(frame, out.depth_raw if out else None)
         return Measurement(stored, raw, depth, given, left, right_image)
@@ -188,17 +189,23 @@ class Sensor:
         left = right = None
         e = exposure
         if self._stereo is not None:
-            depth[:], left, right = self._stereo.measure(e.pose, e.seed, e.index, e.threads)
+            depth[:], left, right = self._stereo.measure(self._place(e.pose), e.seed, e.index, e.threads)
         else:
             depth[:] = met.depth
         return self._pipeline.apply(effects, met, depth, exposure, self._past), left, right
+
+    def _place(self, pose: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(4, 4) the pose of the camera that measures, where that of the pictures is ``pose``."""
+        color = self._pipeline.camera.color
+        aligns = any(effect.moves_camera for effect in self.effects)
+        return pose @ np.linalg.inv(color.pose) if aligns and color is not None else pose
 
     def _take_raw(self, exposure: Exposure) -> NDArray[np.uint16]:
         """(height, width): the frame before anything is done to the finished picture."""
         met = self._own.past = self._pipeline.cast(
             self.effects, exposure, right=self._asks_right, out=getattr(self._own, "past", None)
         )
-        depth = exposure.scratch.empty(self.camera.shape)
+        depth = exposure.scratch.empty(self._pipeline.camera.shape)
         return self._pipeline.store(self._take(in_camera(self.effects), met, depth, exposure)[0])
 
     def apply(
@@ -228,12 +235,20 @@ class Sensor:
         stand, and look along the world's x.
 
         Incidence, the right imager's view, and what bent rays or a moved camera meet are worked out from the depth, as
-        of :class:`~depthsim.sensor.seen.Seen`. Raises :class:`InputError` for arrays that are no depth, and for active
-        stereo, which needs the scene.
+        of :class:`~depthsim.sensor.seen.Seen`. With ``align_to_color`` the depth and the motion are the left imager's,
+        and what is stored are pictures of its ``color``. Raises :class:`InputError` for arrays that are no depth, for a
+        camera that is aligned already, as they do not show its left imager's view, and for active stereo, which needs
+        the scene.
         """
-        eye = load_camera(camera) if camera is not None else self.camera
+        eye, effects = load_camera(camera) if camera is not None else self.camera, acting(self.profile.effects)
         if self.profile.stereo is not None:
             raise InputError("sensor profile", "", "is active stereo, which takes the scene", "give one of effects")
+        if eye.aligned:
+            fix = "give the left imager's depth and camera, with the colour camera as `color`, and align_to_color"
+            raise InputError(eye.name, "aligned", "is true: the left imager measures, and its view is not given", fix)
+        if eye.color is None and (aligning := [effect for effect in effects if effect.moves_camera]):
+            fix = "write the colour camera's intrinsics and its pose there"
+            raise InputError(eye.name, "color", f"is not given, and {aligning[0].id} needs it", fix)
         frames, single = as_depth(depth, eye)
         ids, names = as_tags(tag, tags, frames.shape), tuple(tags)
         for name in names:
@@ -242,27 +257,28 @@ class Sensor:
         count, threads = len(frames), threads or core_count()
         exposures = self._exposures(count, eye.rate, index, seed, motion, stamps, threads if count == 1 else 1)
         places = {(e.seed, e.index): k for k, e in enumerate(exposures)}
-        pipeline, stored = replace(self._pipeline, camera=eye), stored_camera(eye, self.effects)
+        pipeline, stored = replace(self._pipeline, camera=eye), stored_camera(eye, effects)
 
         def take(k: int, effects: Sequence[Effect], scratch: Scratch, past: Past | None) -> Frame:
             exposure = replace(exposures[k], scratch=scratch)
             seen = Seen(frames[k], eye, ids[k], names, exposure.pose, exposure.threads)
             own = replace(pipeline, caster=seen, scene=seen)
-            met = own.cast(effects, exposure, right=self._asks_right)
+            # The poses are those of the camera that the depth is of: no effect is to go there from the colour camera.
+            met = own.cast([e for e in effects if not e.moves_camera], exposure, right=self._asks_right)
             picture = scratch.empty(eye.shape)
             picture[:] = met.depth
             return own.apply(effects, met, picture, exposure, past)
 
         def raw(e: Exposure) -> NDArray[np.uint16] | None:
             k = places.get((e.seed, e.index))
-            return None if k is None else pipeline.store(take(k, in_camera(self.effects), e.scratch, None))
+            return None if k is None else pipeline.store(take(k, in_camera(effects), e.scratch, None))
 
         past = Past(raw, eye.rate, max(count, _KEPT)) if self._past is not None else None
         out = Stored(stored, np.empty((count, *stored.shape), np.uint16), np.empty((count, *stored.shape), np.float32))
 
         def work(part: int) -> None:
             for k in range(part * count // parts, (part + 1) * count // parts):
-                frame = take(k, self.effects, Scratch.of_thread(self._own), past)
+                frame = take(k, effects, Scratch.of_thread(self._own), past)
                 out.depth[k] = frame.depth
                 pipeline.store(frame, out.depth_raw[k])
 

@@ -32,7 +32,7 @@ def _pattern_at(pattern, x, y):
 @kernel
 def radiance(  # noqa: ANN201 - numba
     start, stop, pose, pixel, offset, source, pattern, light, sun, looks, contrasts, speckle, grain,
-    ray_x, ray_y, depth, face, tag, lit, sunlit, normals, out,
+    ray_x, ray_y, depth, face, tag, lit, sunlit, normals, albedo, out,
 ):  # fmt: skip
     """Radiance [W/m²/sr] from what rays ``start`` to ``stop`` of an imager meet.
 
@@ -41,7 +41,8 @@ def radiance(  # noqa: ANN201 - numba
     pattern: of :func:`~depthsim.stereo.pattern.dot_pattern`. light: (2,) irradiance of sky and sun [W/m²].
     sun: (3,) towards it, camera frame. looks: (256, 3) by tag: scattered and mirrored share, and contrast of texture.
     speckle: (H·W,) normal numbers a pixel, ``grain`` (3,) its contrast, rays a row, and rays a pixel each way.
-    lit, sunlit: uint8, whether the projector and the sun see the point. normals: (F, 3) world.
+    lit, sunlit: uint8, whether the projector and the sun see the point. normals: (F, 3) world. albedo: what meshes with
+    colours of their own scatter, in place of the first of ``looks``, below 0 for others; or nothing.
     """
     texture = np.empty(BLOCK, np.float32)
     px, py, pz = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
@@ -98,6 +99,8 @@ def radiance(  # noqa: ANN201 - numba
             day = max(nx * sun[0] + ny * sun[1] + nz * sun[2], _f(0)) * light[1] * _f(sunlit[k])
             mirrored_day = day * _lobe(nx, ny, nz, vx + sun[0], vy + sun[1], vz + sun[2]) if day > _f(0) else _f(0)
             share = looks[t, 0] * (_f(1) - mirrored) * max(_f(1) + looks[t, 2] * texture[i], _f(0))
+            if albedo.size > 0 and albedo[k] >= _f(0):
+                share = albedo[k] * (_f(1) - mirrored)
             scattered = share * (beam + day + light[0]) * _f(1 / np.pi)
             out[k] = scattered + mirrored * (light[0] * _f(1 / np.pi) + mirrored_beam + mirrored_day)
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.coloring import albedo_of
 from depthsim.draws import Draws, Seed
 from depthsim.materials import Materials
 from depthsim.parallel import split
@@ -17,6 +18,8 @@ from depthsim.stereo.pattern import dot_pattern
 from depthsim.stereo.settings import ActiveStereo
 
 SIDES = ("left", "right")
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+"""Shares of red, green and blue in how bright a colour is (ITU-R BT.709): what a texture scatters at 850 nm."""
 _TEXTURE = 0.6
 """Contrast of a surface's texture at 850 nm as a share of that in visible light: dyes are much alike there."""
 
@@ -72,13 +75,16 @@ class Renderer:
         )
         samples = self.settings.imager.samples
         grain = np.array([self.settings.projector.speckle, eye.width, samples], np.float32)
+        albedo = np.empty(0, np.float32)
+        if scene.look is not None:
+            albedo = (albedo_of(met, eye, place, scene, threads) @ _LUMINANCE).reshape(-1)
         out = np.empty(eye.shape, np.float32)
         split(
             radiance, out.size, threads, row, np.float32(1 / eye.fx), np.float32(offset), np.float32(self._source),
             self._pattern, np.array([light.ambient, light.sun], np.float32), (pose[:3, :3].T @ sun).astype(np.float32),
             self._looks, np.array(WAVELENGTHS, np.float32), speckle, grain, eye.rays[0].reshape(-1),
             eye.rays[1].reshape(-1), met.depth.reshape(-1), met.face.reshape(-1), met.tag.reshape(-1),
-            met.right_sees.reshape(-1), sunlit.reshape(-1), scene.normals, out.reshape(-1), multiple=BLOCK,
+            met.right_sees.reshape(-1), sunlit.reshape(-1), scene.normals, albedo, out.reshape(-1), multiple=BLOCK,
         )  # fmt: skip
         return imager.gather(out, self.camera, self.settings.imager, threads)
 
@@ -93,6 +99,7 @@ def _fine(camera: Camera, samples: int, source: float) -> Camera:
         "cx": (camera.cx + 0.5) * samples - 0.5,
         "cy": (camera.cy + 0.5) * samples - 0.5,
         "baseline": source,
+        "color": None,
     }
     # Not checked, because the projector may be to the left; not copied, because a copy keeps the rays it has made.
     return Camera.model_construct(**keys)

@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -99,6 +100,8 @@ def _scene(
 ) -> tuple[Scene, PlannedScene]:
     path = find_scene(entry.scene if entry.scene in builtin_scenes() else beside(file, entry.scene, place))
     scene = load_scene(path, tags=entry.tags, units=entry.units, up=entry.up, materials=materials)
+    if "rgb" not in sweep.streams:
+        scene = replace(scene, look=None)
     stem = re.sub(r"[^A-Za-z0-9_-]+", "_", Path(entry.scene).stem).strip("_") or "scene"
     folders[stem] += 1
     folder = f"scenes/{stem}" if folders[stem] == 1 else f"scenes/{stem}.{folders[stem]}"
@@ -179,5 +182,6 @@ def _camera(profile: Profile, sweep: SweepFile, file: Path) -> Camera:
     if sweep.camera is not None:
         camera = resolve_camera(sweep.camera, file)
     if sweep.resolution is not None:
-        camera = preset(camera.name, *sweep.resolution)
+        known = preset(camera.name, *sweep.resolution)
+        camera = known.aligned_to_color() if camera.aligned else known
     return camera if sweep.rate is None else camera.model_copy(update={"rate": sweep.rate})

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from shapes import MATERIALS, as_scene, box, camera, quad, sphere, wall
 
+from depthsim.camera import Camera
 from depthsim.errors import InputError
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Sensor, effect_class, effect_ids
@@ -16,6 +17,8 @@ from depthsim.sensor.seen import Seen
 from depthsim.trajectory import Trajectory
 
 EYE = camera(160, 120, 130)
+COLOR = {"width": 200, "height": 140, "fx": 170.0, "fy": 170.0, "cx": 99.5, "cy": 69.5, "translation": (-0.015, 0, 0)}
+BESIDE = EYE.model_copy(update={"color": COLOR})
 ROOM = Caster(
     as_scene(
         wall(4),
@@ -67,7 +70,7 @@ def test_incidence_and_the_right_view_are_those_of_the_scene() -> None:
     assert 0.01 < wanted.mean() < 0.2 and (hidden != wanted).mean() < 0.01
 
 
-@pytest.mark.parametrize("effect_id", [i for i in effect_ids() if i != "temporal_filter"])
+@pytest.mark.parametrize("effect_id", [i for i in effect_ids() if i not in ("temporal_filter", "align_to_color")])
 def test_each_effect_is_that_of_the_scene(effect_id: str) -> None:
     """On common random numbers: the same but where the depth does not show what the scene has."""
     kind = effect_class(effect_id)
@@ -79,6 +82,31 @@ def test_each_effect_is_that_of_the_scene(effect_id: str) -> None:
     error = EYE.focal_baseline * np.abs(1 / cast[valid] - 1 / given[valid])
     assert (error > 0.02).mean() < share
     assert cast[valid].std() == pytest.approx(given[valid].std(), rel=0.01)
+
+
+def test_aligned_to_colour_it_is_what_the_scene_gives() -> None:
+    effects = [effect_class(name)() for name in ("disparity_noise", "fill_rate", "decimation", "align_to_color")]
+    # The scene's poses are the colour camera's; the depth, and where it was taken, are the left imager's.
+    beside = BESIDE.aligned_to_color().left_pose
+    met = ROOM.cast(BESIDE, beside)
+    cast = Sensor(ROOM, BESIDE, effects, MATERIALS).measure(np.eye(4), index=9, seed=4)
+    sensor = Sensor(camera=BESIDE, profile=effects, materials=MATERIALS)
+    given = sensor.apply(met.depth, tag=met.tag, tags=ROOM.scene.tags, index=9, seed=4)
+    np.testing.assert_array_equal(given.depth_raw, cast.depth_raw)
+    assert given.camera == cast.camera == sensor.stored_camera and given.camera.aligned
+    assert given.depth_raw.shape == (140, 200) and given.camera.left.shape == (60, 80) and (given.depth_raw > 0).any()
+    again = sensor.apply(np.stack([met.depth, met.depth]), tag=met.tag, tags=ROOM.scene.tags, index=8, seed=4)
+    np.testing.assert_array_equal(again.depth_raw[1], cast.depth_raw)
+
+
+@pytest.mark.parametrize(
+    ("eye", "words"),
+    [(EYE, "color: is not given, and align_to_color needs it"), (BESIDE.aligned_to_color(), "aligned: is true")],
+)
+def test_a_camera_that_cannot_be_aligned_has_one_line(eye: Camera, words: str) -> None:
+    with pytest.raises(InputError, match=words) as error:
+        Sensor(camera=eye, profile=[effect_class("align_to_color")()]).apply(np.ones(eye.shape))
+    assert "\n" not in str(error.value)
 
 
 def test_effects_that_ask_for_depth_and_material_alone_keep_every_bit() -> None:

@@ -16,7 +16,7 @@ from depthsim.materials import load_materials
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Sensor, effect_class, effect_ids, load_profile
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import acting, imager_camera
+from depthsim.sensor.pipeline import acting, camera_for
 from depthsim.sensor.profile import profile_names
 from depthsim.trajectory import Trajectory
 
@@ -42,7 +42,7 @@ def agree(effects: list[Effect], kind: str, seed: int = 7) -> None:
     """The sensor's frame and the diagnosis', of a camera that moves; and the diagnosis' again, by casts it has kept."""
     materials, pose = load_materials(), MOVING.at(STAMP)[0]
     keys = {"index": INDEX, "stamp": STAMP, "seed": seed, "motion": MOVING}
-    imager = imager_camera(CAMERA, effects)
+    imager = camera_for(CAMERA, effects)
     seen = Sensor(caster(kind), imager, effects, materials).measure(pose, **keys)
     none = np.empty(0, np.float32)
     met = caster(kind).cast(CAMERA, pose, right=True)

@@ -14,11 +14,13 @@ from shapes import MATERIALS, as_scene, box, camera, wall
 
 from depthsim.camera import Camera
 from depthsim.gap.depth.fit.candidates import candidates
+from depthsim.presets import preset
 from depthsim.raycast import Caster
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
 from depthsim.sensor import Effect, Sensor, load_profile
 from depthsim.sensor.effect import Setting
+from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.effects.decimation import Decimation
 from depthsim.sensor.effects.filter import SpatialFilter
 from depthsim.sensor.effects.hole_filling import HoleFilling
@@ -26,7 +28,7 @@ from depthsim.sensor.effects.noise import DisparityNoise
 from depthsim.sensor.effects.temporal import TemporalFilter
 from depthsim.sensor.effects.threshold import ThresholdFilter
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import imager_camera, stored_camera
+from depthsim.sensor.pipeline import camera_for, measuring_camera, stored_camera
 from depthsim.trajectory import Trajectory
 
 Raw = NDArray[np.uint16]
@@ -191,7 +193,43 @@ def test_the_smaller_camera() -> None:
     assert (small.width, small.height) == (428, 240)  # as doc/post-processing-filters.md has it
     assert (small.fx, small.cx, small.cy) == pytest.approx((640 / 3, 639.5 / 3, 359.5 / 3))
     half = stored_camera(eye, [Decimation()])
-    assert imager_camera(half, [Decimation()]) == eye and half.shape == (360, 640)
+    assert camera_for(half, [Decimation()]) == eye and half.shape == (360, 640)
+
+
+def test_the_cameras_of_pictures_that_are_decimated_and_aligned_to_colour() -> None:
+    both, eye = [AlignToColor(zoom=1.5), Decimation()], preset("d435", 640, 480)
+    stored = stored_camera(eye, both)
+    assert stored.aligned and stored.shape == (480, 640) and stored.left.shape == (240, 320)
+    assert stored.left == stored_camera(eye, [Decimation()]) and stored.color == eye.color
+    given = camera_for(stored, both)
+    assert given == eye.aligned_to_color() and stored_camera(given, both) == stored
+    assert measuring_camera(eye, both) == eye == measuring_camera(given, both)
+    # An aligned camera brings its alignment.
+    assert (camera_for(stored, [Decimation()]), stored_camera(given, [Decimation()])) == (given, stored)
+    # One that does not say where its colour camera is has its pictures, and the left imager has as many pixels.
+    plain = eye.model_copy(update={"color": None})
+    assert stored_camera(plain, both) == camera_for(plain, both) == camera_for(eye, both) == plain
+    left = measuring_camera(plain, both)
+    assert left.shape == plain.shape and left.fx == pytest.approx(plain.fx / 1.5)
+
+
+def test_a_run_is_made_like_one_that_is_decimated_and_aligned_to_colour(tmp_path: Path) -> None:
+    effects = [*MEASURED, AlignToColor()]
+    one = generate(SCENE.scene, MOVING.head(3), preset("d435", 160, 120), effects, tmp_path / "a", materials=MATERIALS)
+    made = Run.open(one.path)
+    assert made.camera.shape == (120, 160) and made.camera.left.shape == (60, 80)
+    for name, profile in (("b", effects), ("c", MEASURED)):
+        eye = camera_for(made.camera, profile)
+        like = generate(SCENE.scene, MOVING.head(3), eye, profile, tmp_path / name, materials=MATERIALS)
+        again = Run.open(like.path)
+        assert again.camera == made.camera
+        np.testing.assert_array_equal(again.depth_raw(2), made.depth_raw(2))
+    # Where both cameras see it, it is near what the colour camera would see of the scene.
+    clean = made.clean(2)
+    assert clean is not None
+    seen = (made.depth(2) > 0) & (clean > 0)
+    error = made.camera.focal_baseline * np.abs(1 / made.depth(2)[seen] - 1 / clean[seen])
+    assert seen.mean() > 0.5 and np.median(error) < 0.05
 
 
 SCENE = Caster(as_scene(wall(3), box((-0.4, -0.3, 1.5), (0.1, 0.5, 1.9)), tags=["cement", "plastic"]))

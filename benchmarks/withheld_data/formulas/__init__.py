@@ -2,6 +2,7 @@
 
 from benchmarks.withheld_data.film import Formula
 from benchmarks.withheld_data.formulas import (
+    align,
     correlation,
     disparity,
     edges,
@@ -34,6 +35,7 @@ _FAMILIES = (
     limits,
     edges,
     filters,
+    align,
 )
 
 

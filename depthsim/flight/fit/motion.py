@@ -15,6 +15,8 @@ CUTOFF = 4.0
 _ORDER = 2
 _AWAY = 0.25
 """[m] from where a log begins or ends; until then the vehicle may stand on the ground."""
+_HOVER = 1.0
+"""[m] from its first place, on average: what stays nearer keeps its place."""
 _MARGIN = 1.0
 """[s] cut off on each side of the flight: the ground's effect, and the ends of the low-pass."""
 _LONGEST_GAP = 0.5
@@ -140,7 +142,10 @@ def _interpolate(t: Floats, stamps: Floats, values: Floats) -> Floats:
 
 
 def _airborne(log: FlightLog, rate: float) -> slice:
-    """From where the vehicle has left its first place until it comes to its last; a hover is in the air throughout."""
+    """From where the vehicle has left its first place until it comes to its last; a hover is in the air throughout.
+
+    A hover that wanders comes back to its first place: what is near that is on the ground only if the flight is higher.
+    """
     margin = round(_MARGIN * rate)
     place = log.position
     if place is None:
@@ -148,5 +153,8 @@ def _airborne(log: FlightLog, rate: float) -> slice:
     left = np.linalg.norm(place - place[0], axis=1) > _AWAY
     away = np.linalg.norm(place - place[-1], axis=1) > _AWAY
     if not (left.any() and away.any()):
+        return slice(margin, len(log) - margin)
+    rises = float(np.quantile(place[:, 2], 0.75) - min(place[0, 2], place[-1, 2])) > _AWAY
+    if not rises and float(np.median(np.linalg.norm(place - place[0], axis=1))) < _HOVER:
         return slice(margin, len(log) - margin)
     return slice(int(np.argmax(left)) + margin, len(log) - int(np.argmax(away[::-1])) - margin)

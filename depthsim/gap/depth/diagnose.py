@@ -13,6 +13,7 @@ from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import MEASURE, UNIT
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.load import load_evidence, notes_of
+from depthsim.gap.depth.data.registration import PoseErrors
 from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
@@ -29,6 +30,7 @@ from depthsim.materials import Materials
 from depthsim.runs.folder import Run
 from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.effects.fixed_pattern import FixedPattern
 from depthsim.sensor.effects.pose_noise import PoseNoise
 from depthsim.sensor.profile import Profile
@@ -92,6 +94,8 @@ def investigate(
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
     say("casting the scene")
     given, profile = load_evidence(run, scene, sensor, materials, threads, config)
+    if given.camera.aligned:  # as its simulations are, too
+        without = (*without, AlignToColor.id)
 
     # Is there a gap?
     say("measuring the gap")
@@ -104,17 +108,17 @@ def investigate(
     where = cuts_of(given, given.base, places)
 
     # Are the poses off? All else is looked for on frames that are registered.
-    validator, poses = recorded, None
+    validator, poses, errors = recorded, None, None
     if PoseNoise.id not in without:
         say("registering the frames")
-        poses = register_frames(given)
+        errors, poses = register_frames(given)
         if poses is not None:
             given.forget(given.test)
             validator, selecting = _parts(poses.evidence)
     evidence = validator.evidence
 
     # Which effects explain it?
-    selection = _which(selecting, without, say)
+    selection = _which(selecting, without, errors, say)
     is_cause = poses is not None and not poses.are_as_held and _matter(recorded, validator, selection)
     if not is_cause and recorded is not validator:
         recorded, before = validator, validator.score(evidence.base)
@@ -132,7 +136,7 @@ def investigate(
     say("locating what is left")
     places_after, unexplained = _left(validator, selection, places, after, gap.closed_fraction, named)
 
-    as_given, errors = (recorded, poses.errors) if is_cause and poses is not None else (None, None)
+    as_given, errors = (recorded, errors) if is_cause else (None, None)
     diagnosis = Diagnosis(
         verdict=_verdict(named, unexplained),
         gap=gap,
@@ -168,8 +172,8 @@ def _no_gap(validator: Validator, profile: Profile, before: Score, *notes: str) 
     return Findings(diagnosis, validator.evidence, validator, profile, profile, before, before, None, [], [])
 
 
-def _which(validator: Validator, without: Sequence[str], say: Say) -> Selection:
-    """The effects that explain the gap, of all that may be wrong with the simulator."""
+def _which(validator: Validator, without: Sequence[str], errors: PoseErrors | None, say: Say) -> Selection:
+    """The effects that explain the gap, of all that may be wrong with the simulator. errors: of the poses."""
     evidence = validator.evidence
     if not any(isinstance(effect, PoseNoise) for effect in evidence.base):
         # Registration is the better test of the poses: what it does not find, no fit of their spread may.
@@ -177,16 +181,22 @@ def _which(validator: Validator, without: Sequence[str], say: Say) -> Selection:
     learned = {}
     if FixedPattern.id not in without and (pattern := learn_pattern(evidence)) is not None:
         learned[FixedPattern.id] = pattern.effect().model_dump()
-    bank = candidates(evidence.base, setting_of(evidence, learned), without, evidence.config.fit)
+    bank = candidates(evidence.base, setting_of(evidence, learned, errors), without, evidence.config.fit)
     return select(evidence, validator, bank, say)
 
 
 def _matter(recorded: Validator, registered: Validator, selection: Selection) -> bool:
-    """Whether the poses' errors make more of a gap, beside the other causes, than a faint one."""
-    model, runs = selection.model, registered.config.runs
-    with_errors = recorded.quick(model.build(recorded.evidence.base), runs)
-    score = registered.score(model.build(registered.evidence.base))
-    return with_errors - score.gap > registered.config.faint * score.floor
+    """Whether the poses' errors make more of a gap, beside the other causes, than a faint one, and surely or much."""
+    model, runs, start = selection.model, registered.config.runs, (recorded, recorded.evidence.base)
+    with_errors = model.build(recorded.evidence.base)
+    right = model.build(registered.evidence.base)
+    score = registered.score(right)
+    closed = recorded.quick(with_errors, runs) - score.gap
+    if closed <= registered.config.faint * score.floor:
+        return False
+    share = closed / max(recorded.score(start[1]).gap - score.floor, 1e-12)
+    much = registered.evidence.config.select.further
+    return share >= much or share > closed_error(start, (recorded, with_errors), (registered, right))
 
 
 def _how_far(recorded: Validator, validator: Validator, selection: Selection, before: Score) -> tuple[Score, Gap]:

@@ -1,6 +1,6 @@
 """From logs and a vehicle to a diagnosis: where the forces differ, which effects cause it, how far they close it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,20 +10,21 @@ from depthsim.flight.log import FlightLog
 from depthsim.flight.table import Floats
 from depthsim.flight.vehicle import Vehicle
 from depthsim.gap.config import FlightConfig
-from depthsim.gap.diagnosis import Diagnosis, Gap, Unexplained, Verdict
+from depthsim.gap.diagnosis import Cause, Diagnosis, Gap, Nearest, Unexplained, Verdict
 from depthsim.gap.flight.data.axes import state_of
 from depthsim.gap.flight.data.evidence import Problem, make_problem, with_noise
 from depthsim.gap.flight.data.records import prepare
 from depthsim.gap.flight.data.settings import base_settings, with_settings
 from depthsim.gap.flight.data.simulate import Model, Settings
-from depthsim.gap.flight.effect import flight_effect_ids
+from depthsim.gap.flight.effect import Candidate, flight_effect_ids
 from depthsim.gap.flight.effects.thrust import ThrustLag
 from depthsim.gap.flight.effects.wind import GustingWind
-from depthsim.gap.flight.findings import Findings, learn_all, power
+from depthsim.gap.flight.findings import Findings, learn_all, power, stands_out
+from depthsim.gap.flight.fit.agreement import blows, objections, only
 from depthsim.gap.flight.fit.candidates import bank, left_out
 from depthsim.gap.flight.fit.causes import causes_of, closed_interval, closed_share, gust_keys, rounded
-from depthsim.gap.flight.fit.nearest import only, sound
-from depthsim.gap.flight.fit.select import Progress, Selection, select, significant
+from depthsim.gap.flight.fit.intervals import intervals
+from depthsim.gap.flight.fit.select import Progress, Selection, select
 from depthsim.gap.flight.where.correction import Learned
 from depthsim.gap.flight.where.localize import cuts
 
@@ -50,11 +51,12 @@ def investigate(
     problem, notes = make_problem(records, Model(vehicle), base, config), [*records.notes, *left_out(records)]
     candidates = bank(records, problem.base, vehicle.rotors.radius, without)
     say("noise and axes")
-    selection = select(problem, candidates, GustingWind.id not in without, say)
+    gusts = GustingWind.id not in without
+    selection = select(problem, candidates, gusts, say)
     quieter = with_noise(problem, selection.fit.settings)
     if (quieter.sigma < 0.8 * problem.sigma).any():
         problem = quieter
-        selection = select(problem, candidates, GustingWind.id not in without, say)
+        selection = select(problem, candidates, gusts, say)
     command = _as_command(problem, selection, vehicle)
     if command is not None:
         problem = command
@@ -62,18 +64,44 @@ def investigate(
         notes.append(
             f"the thrust in the log is read as a command, which the motors follow with the vehicle's {lag:g} s"
         )
-        selection = select(
-            problem, bank(records, problem.base, vehicle.rotors.radius, without), GustingWind.id not in without, say
-        )
-    say("what is left")
-    found = _findings(problem, selection, vehicle, seed, notes, ())
-    nearest: tuple[str, ...] = ()
-    while selection.fit.candidates and (kept := sound(found, bool(nearest))) != tuple(
-        range(len(selection.fit.candidates))
-    ):
-        nearest = (*nearest, *(name for index, name in enumerate(selection.fit.effects) if index not in kept))
-        selection = only(selection, kept)
-        found = _findings(problem, selection, vehicle, seed, notes, nearest)
+        candidates = bank(records, problem.base, vehicle.rotors.radius, without)
+        selection = select(problem, candidates, gusts, say)
+    return _agreed(problem, candidates, selection, vehicle, seed, notes, gusts, say)
+
+
+def _agreed(
+    problem: Problem,
+    candidates: Sequence[Candidate],
+    selection: Selection,
+    vehicle: Vehicle,
+    seed: int,
+    notes: list[str],
+    gusts: bool,
+    say: Progress,
+) -> Findings:
+    """The findings, once every cause acts where the gap lies; what does not is looked at no more, and others are."""
+    refused: dict[str, Nearest] = {}
+    trusted: set[str] = set()
+    for turn in range(problem.config.select.rounds + problem.config.select.most_causes):
+        say("what is left")
+        found = _findings(problem, selection, vehicle, seed, notes, refused)
+        wrong, calm = objections(found, trusted), selection.gusts is not None and not blows(found)
+        if not wrong and not calm:
+            break
+        gusts = gusts and not calm
+        effects = selection.fit.effects
+        closed = {cause.effect: cause.closed_fraction for cause in found.diagnosis.causes}
+        for index, why in wrong.items():
+            refused[effects[index]] = Nearest(
+                effect=effects[index], closed_fraction=closed[effects[index]], why_not=why
+            )
+            say(f"{effects[index]} is no cause: it {why}")
+        kept = tuple(index for index in range(len(effects)) if index not in wrong)
+        trusted |= {effects[index] for index in kept}
+        if turn < problem.config.select.rounds:
+            selection = select(problem, [one for one in candidates if one.effect not in refused], gusts, say)
+        else:
+            selection = only(selection, kept)
     return found
 
 
@@ -88,44 +116,46 @@ def _as_command(problem: Problem, selection: Selection, vehicle: Vehicle) -> Pro
     if fit.effects != (ThrustLag.id,) or problem.base.lag or selection.gusts is not None or not lag:
         return None
     found = fit.values[0][0] * (1 + (fit.values[0][1] if len(fit.values[0]) > 1 else 0.0))
-    if abs(found - lag) > max(problem.config.data.same_lag * lag, 2 * float(fit.errors[0][0])):
+    low, high = intervals(fit)[0][:, 0]
+    if abs(found - lag) > max(problem.config.data.same_lag * lag, 0.5 * float(high - low)):
         return None
     commanded = replace(problem, base=replace(problem.base, lag=lag))
     return with_noise(commanded, commanded.base)
 
 
 def _findings(
-    problem: Problem, selection: Selection, vehicle: Vehicle, seed: int, notes: list[str], nearest: tuple[str, ...]
+    problem: Problem,
+    selection: Selection,
+    vehicle: Vehicle,
+    seed: int,
+    notes: list[str],
+    refused: Mapping[str, Nearest],
 ) -> Findings:
     fit, start = selection.fit, selection.start
-    noise = np.minimum(problem.noise(fit.settings)[0], problem.noise(problem.base)[0])
-    before, after = start.residual[:, 0], fit.held_out[:, 0]
+    reported, rows = problem.reported, problem.reported_rows
+    noise = np.minimum(reported.noise(fit.settings)[0], reported.noise(problem.base)[0])
+    before, after = start.residual[rows, 0], fit.held_out[rows, 0]
     noise = np.minimum(noise, np.sqrt(np.minimum((before**2).mean(axis=0), (after**2).mean(axis=0))))
     floor = float(np.sqrt((noise**2).mean()))
     causes, steps = causes_of(problem, selection, floor, seed)
-    state = state_of(problem, problem.base)
-    learned = learn_all(problem, before, problem.base, noise)
-    left = learn_all(problem, after, fit.settings, noise)
+    state = state_of(reported, problem.base)
+    learned = learn_all(reported, before, problem.base, noise)
+    left = learn_all(reported, after, fit.settings, noise)
     gap_power, rest_power = power(before, noise), power(after, noise)
-    there = [one for one in learned if significant(one.gains, problem.config)]
-    limit = problem.config.significance
-    least = limit.residual if selection.gusts is None else limit.residual_of_gusts
-    unnamed = [
-        one for one in left if significant(one.gains, problem.config) and one.closed * rest_power > least * gap_power
-    ]
+    there = [one for one in learned if stands_out(one, gap_power, noise, problem.config)]
+    unnamed = [one for one in left if stands_out(one, rest_power, noise, problem.config)]
     gap = bool(causes) or bool(there)
+    near = _nearest(refused, causes, problem.config)
     after_rms = steps[-1]
     closed = closed_share(steps[0], after_rms, floor) if causes else 0.0
     interval = closed_interval(problem, selection, floor, seed) if causes else (0.0, 0.0)
     unexplained = (
-        _unexplained(problem, after, fit.settings, unnamed, noise, (steps[0], after_rms, floor), nearest)
-        if gap
-        else None
+        _unexplained(reported, after, fit.settings, unnamed, noise, (steps[0], after_rms, floor), near) if gap else None
     )
     verdict: Verdict = "no_gap"
     if gap:
         verdict = "explained" if causes and unexplained is None else "partly_explained" if causes else "unexplained"
-    where = cuts(problem, before, state, there, noise) if gap else ()
+    where = cuts(reported, before, state, there, noise) if gap else ()
     diagnosis = Diagnosis(
         verdict=verdict,
         gap=Gap(
@@ -144,7 +174,7 @@ def _findings(
     )
     gusts = gust_keys(problem, selection)
     return Findings(
-        diagnosis, with_settings(vehicle, fit.settings, gusts), problem, selection, before, after, noise, state,
+        diagnosis, with_settings(vehicle, fit.settings, gusts), reported, selection, before, after, noise, state,
         tuple(learned), tuple(left),
     )  # fmt: skip
 
@@ -156,7 +186,7 @@ def _unexplained(
     unnamed: list[Learned],
     noise: Floats,
     figures: tuple[float, float, float],
-    nearest: tuple[str, ...],
+    nearest: tuple[Nearest, ...],
 ) -> Unexplained | None:
     if not unnamed:
         return None
@@ -171,8 +201,17 @@ def _unexplained(
         f"on {first.axis.replace('_', ' ')} would close {learnable:.0%} of the gap on time held out."
     )
     if nearest:
-        text += f" Nearest in the bank: {', '.join(nearest)}, but what they leave is no noise, so they are not named."
-    return Unexplained(fraction=rounded(fraction), where=where, description=text, learnable=rounded(learnable))
+        text += f" Nearest in the bank: {nearest[0].effect}, but it {nearest[0].why_not}."
+    return Unexplained(
+        fraction=rounded(fraction), where=where, description=text, learnable=rounded(learnable), nearest=nearest
+    )
+
+
+def _nearest(refused: Mapping[str, Nearest], causes: Sequence[Cause], config: FlightConfig) -> tuple[Nearest, ...]:
+    """The effects that come nearest of those that are no causes, best first."""
+    named = {cause.effect for cause in causes}
+    some = [one for one in refused.values() if one.effect not in named and one.closed_fraction >= config.select.nearest]
+    return tuple(sorted(some, key=lambda one: -one.closed_fraction)[: config.select.most_nearest])
 
 
 def _words(unnamed: list[Learned]) -> str:

@@ -7,7 +7,7 @@ names.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import ClassVar, Literal, get_args
 
@@ -32,7 +32,8 @@ all rotors together or of each, and errors of the accelerometer."""
 class Parameter:
     """A number that a candidate has. start: where a fit begins. step: for derivatives. low, high: what makes sense.
 
-    shape: whether a value at the bounds makes sense too, as that of an exponent or a share does.
+    shape: whether a value at the bounds makes sense too, as that of an exponent or a share does. neutral: where the
+    effect is not there; ``start`` if not given. spare: whether it stays there unless the logs speak for another value.
     """
 
     name: str
@@ -42,6 +43,13 @@ class Parameter:
     low: float = -np.inf
     high: float = np.inf
     shape: bool = False
+    neutral: float | None = None
+    spare: bool = False
+
+    @property
+    def nothing(self) -> float:
+        """The value that changes nothing."""
+        return self.start if self.neutral is None else self.neutral
 
 
 @dataclass(frozen=True)
@@ -67,6 +75,16 @@ class Candidate:
             not one.shape and (value >= one.high or (value <= one.low and one.low != 0))
             for one, value in zip(self.parameters, values, strict=True)
         )
+
+    def holding(self, place: int) -> "Candidate":
+        """The same with one parameter less, which stays where it changes nothing."""
+        value = self.parameters[place].nothing
+
+        def apply(s: Settings, v: Values) -> Settings:
+            return self.apply(s, [*v[:place], value, *v[place:]])
+
+        kept = (*self.parameters[:place], *self.parameters[place + 1 :])
+        return replace(self, parameters=kept, apply=apply)
 
     @property
     def starts(self) -> list[float]:

@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 from depthsim.flight.table import Floats
 from depthsim.flight.vehicle import Vehicle
+from depthsim.gap.config import FlightConfig
 from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.flight.data.axes import State, axes_of, state_of
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.data.simulate import Settings
-from depthsim.gap.flight.fit.select import Selection
+from depthsim.gap.flight.fit.select import Selection, significant
 from depthsim.gap.flight.where.correction import Learned, learn, learn_time
 
 
@@ -43,3 +44,12 @@ def learn_all(problem: Problem, residual: Floats, s: Settings, noise: Floats) ->
 def power(residual: Floats, noise: Floats) -> float:
     """Mean square above the noise, of all axes together [(m/s²)²]."""
     return max(float((residual**2).mean(axis=0).sum() - (noise**2).sum()), 0.0)
+
+
+def stands_out(one: Learned, residual_power: float, noise: Floats, config: FlightConfig) -> bool:
+    """Whether what is learned on an axis is a gap, before causes are added as after: more than chance, and not faint.
+
+    residual_power: of what it was learned on, above the noise [(m/s²)²].
+    """
+    least = config.significance.faint**2 * float((noise**2).sum())
+    return significant(one.gains, config) and one.closed * residual_power > least

@@ -1,5 +1,6 @@
 """Fewer pixels: the driver's decimation."""
 
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
@@ -74,13 +75,17 @@ class Decimation(Effect):
 
     def stored(self, camera: Camera) -> Camera:
         """The smaller camera."""
-        k = self.factor
-        width, height = (max(-(-(size // k) // _MULTIPLE) * _MULTIPLE, 1) for size in (camera.width, camera.height))
-        return _scaled(camera, width, height, 1 / k)
+        return _resized(camera, self._smaller)
 
     def imager(self, camera: Camera) -> Camera:
         """The camera with so many more pixels."""
-        return _scaled(camera, camera.width * self.factor, camera.height * self.factor, self.factor)
+        k = self.factor
+        return _resized(camera, lambda eye: _scaled(eye, eye.width * k, eye.height * k, k))
+
+    def _smaller(self, camera: Camera) -> Camera:
+        k = self.factor
+        width, height = (max(-(-(size // k) // _MULTIPLE) * _MULTIPLE, 1) for size in (camera.width, camera.height))
+        return _scaled(camera, width, height, 1 / k)
 
     @classmethod
     def possible(cls, setting: Setting) -> bool:
@@ -110,6 +115,11 @@ class Decimation(Effect):
             thinned(g.depth, 0), thinned(g.face, -1), thinned(g.cosine, 0), thinned(g.tag, 255),
             None if sees is None else thinned(sees, 0),
         )  # fmt: skip
+
+
+def _resized(camera: Camera, change: Callable[[Camera], Camera]) -> Camera:
+    """The camera with its left imager's pictures resized, which are what is decimated of an aligned one, too."""
+    return change(camera.left).aligned_to_color() if camera.aligned else change(camera)
 
 
 def _scaled(camera: Camera, width: int, height: int, by: float) -> Camera:

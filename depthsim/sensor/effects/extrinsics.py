@@ -5,6 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.parameter import Setting
 from depthsim.sensor.view import View
 from depthsim.trajectory.rotation import turned
 
@@ -19,6 +20,11 @@ class TimeOffset(Effect):
     kinds = ("bias", "spread", "tail")
     recording = "fast turns in several directions, with stops between them"
     shown: ClassVar = {"offset": 0.05}
+
+    @classmethod
+    def suggested(cls, setting: Setting) -> list[dict[str, float]]:
+        """What registration finds."""
+        return [] if setting.late is None else [{"offset": setting.late}]
 
     offset: float = parameter(
         0.0075,
@@ -60,6 +66,11 @@ class ExtrinsicRotation(Effect):
     x: float = _angle("x", "pitch")
     y: float = _angle("y", "yaw")
     z: float = _angle("z", "roll")
+
+    @classmethod
+    def suggested(cls, setting: Setting) -> list[dict[str, float]]:
+        """What registration finds."""
+        return [] if setting.turn is None else [dict(zip("xyz", setting.turn, strict=True))]
 
     @property
     def is_neutral(self) -> bool:

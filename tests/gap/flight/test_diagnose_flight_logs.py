@@ -95,7 +95,6 @@ def test_the_report_is_whole_and_its_vehicle_flies_without_a_gap(log: FlightLog,
     flown = fly(resolve_path("circle:radius=8,center=0/0/3", 6.0), measured)
     assert flown.log.specific_force is not None
     assert diagnose_flight(flown.log, measured).verdict == "no_gap"
-    assert diagnose_flight(flown.log, the_vehicle(True)).causes[0].effect == "body_drag_quadratic"
 
 
 @pytest.mark.parametrize(
@@ -110,10 +109,11 @@ def test_the_report_is_whole_and_its_vehicle_flies_without_a_gap(log: FlightLog,
 def test_what_is_found_has_a_place_in_the_vehicle(truth: Truth, tmp_path: Path) -> None:
     hops = Flown("hops", 3.0, 4.0, 0.15, 0.9, turning=True, phase=1.3)
     log = flight(hops, truth, Noise(), 5)
-    assert diagnose_flight(log, the_vehicle(True), tmp_path / "one").causes
+    first = diagnose_flight(log, the_vehicle(True), tmp_path / "one")
+    assert first.causes
     measured = load_vehicle(tmp_path / "one" / "vehicle.yaml")
     again = diagnose_flight(log, measured)
-    assert again.gap.before < 0.3 * diagnose_flight(log, the_vehicle(True)).gap.before
+    assert again.gap.before < 0.3 * first.gap.before
     assert fly(resolve_path("circle:radius=8,center=0/0/3", 5.0), measured).error.max() < 5
 
 

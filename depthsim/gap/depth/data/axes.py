@@ -50,7 +50,7 @@ def make_axes(k: Cuts) -> list[Axis]:
         _roll(k),
         _left_band(k),
         *_neighbours(k),
-        *(_steps(k, PHASE + number, step) for number, step in enumerate(STEPS)),
+        *(_steps(k, PHASE + number, step) for number, step in enumerate(k.steps)),
     ]
 
 
@@ -365,10 +365,15 @@ def _neighbours(k: Cuts) -> list[Axis]:
 
 
 def _steps(k: Cuts, kind: int, step: float) -> Axis:
-    """Only where the step is wider than the unit of the depth, which would hide it."""
+    """Only where the step is wider than the unit of the depth, which would hide it.
+
+    Of steps that are none of the usual ones, where it is wider than millimetres too: depths may have been in these.
+    """
+    unit = k.camera.depth_scale
+    least = 2.5 * unit if step in STEPS else 6 * max(unit, 0.001)
 
     def cells(c: Covariates, _: int) -> Numbers:
-        seen = c.depth * c.depth * np.float32(step / k.camera.focal_baseline) > 2.5 * k.camera.depth_scale
+        seen = c.depth * c.depth * np.float32(step / k.camera.focal_baseline) > least
         return np.where(seen & (c.depth > 0), 0, -1)
 
     return Axis("disparity_phase", kind, 1, cells, _plain("disparity phase"), single=False)

@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 from depthsim.camera import Camera
 from depthsim.gap.config import DepthData
 from depthsim.gap.depth.data.covariates import Covariates
+from depthsim.gap.depth.data.histograms import STEPS
 from depthsim.scene import NO_TAG
 
 _TIMES = 6
+_ALIKE = 0.003
+"""Steps that differ by less are the same: over 30 of them they come apart by a tenth of one."""
 
 
 @dataclass
@@ -20,6 +23,7 @@ class Cuts:
 
     depths, heights, flows, times_seen: first and last of each in the frames [m, m, rad/s, s]. spread: the simulator's
     own spread of the error by tag and range, see :meth:`per_spread`. region_name: a region of the scene in words.
+    own_steps: of the recording's disparities, see :func:`~depthsim.gap.depth.data.quantization.find_steps`.
     """
 
     camera: Camera
@@ -38,6 +42,7 @@ class Cuts:
     region_name: Callable[[int], str]
     stamps: NDArray[np.float64]
     shown_tags: NDArray[np.int16]
+    own_steps: tuple[float, float] | None = None
     spread: NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32))
     spread_cuts: NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32))
 
@@ -45,6 +50,13 @@ class Cuts:
         """1 over the simulator's spread of the depth [1/m] at each pixel; 0 where nothing was hit."""
         where = np.searchsorted(self.spread_cuts, depth)
         return np.where(depth > 0, 1 / self.spread[np.minimum(tag, len(self.spread) - 1), where], 0).astype(np.float32)
+
+    @property
+    def steps(self) -> tuple[float, ...]:
+        """[px] The usual steps of a disparity, and the recording's own, if it has others."""
+        if self.own_steps is None or any(abs(self.own_steps[0] / step - 1) < _ALIKE for step in STEPS):
+            return STEPS
+        return (*STEPS, self.own_steps[0])
 
     @property
     def tag_cells(self) -> int:

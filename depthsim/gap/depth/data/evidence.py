@@ -17,8 +17,9 @@ from depthsim.gap.depth.data.axes import make_axes
 from depthsim.gap.depth.data.axis import Axis, frame_cells, layout
 from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
-from depthsim.gap.depth.data.frames import CleanFrame, select_frames
+from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, select_frames
 from depthsim.gap.depth.data.noise_scale import spread_of
+from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.regions import region_name, split_scene
 from depthsim.gap.depth.data.simulate import FITTING, SPREAD, Replay
 from depthsim.materials import Materials
@@ -165,7 +166,7 @@ class Evidence:
         pixels = self.camera.width * self.camera.height
         unit, focal_baseline = np.float32(self.camera.depth_scale), np.float32(self.camera.focal_baseline)
         error, bins = np.empty(pixels, np.float32), np.empty((int(self.kinds.max()) + 1, 0), np.uint8)
-        before = np.empty(0, np.uint8)
+        before, steps = np.empty(0, np.uint8), np.array(self.cuts.steps, np.float32)
         every = [frames[0] - 1, *frames] if ahead else frames
         for number, (index, units) in enumerate(zip(every, pictures, strict=True)):
             frame, coarse = self.frames[index], np.empty(pixels, np.uint8)
@@ -178,7 +179,7 @@ class Evidence:
                 continue
             histograms.codes(
                 raw, unit, clean, frame.across, focal_baseline, self.camera.width, error, coarse, before,
-                self._first_row(index), self.stride, bins,
+                steps, self._first_row(index), self.stride, bins,
             )  # fmt: skip
             if correction is None:
                 counting.count(bins, self.kinds, frame.places, counts)
@@ -209,7 +210,7 @@ class Evidence:
 
         def cast(index: int) -> tuple[Geometry, Covariates]:
             pose, stamp = self.run.poses[index], float(self.run.stamps[index])
-            met = self.caster.cast(self.camera, pose, right=True, threads=1)
+            met = cast_clean(self.caster, self.camera, pose)
             return met, covariates(met, pose, self.camera, self.scene, self.motion, stamp)
 
         looked = dict(zip(frames, self.each(cast, frames), strict=True))
@@ -221,6 +222,8 @@ class Evidence:
             self.camera, self.scene.tags, sample, self.run.stamps, np.array(frames), region_of_face,
             partial(region_name, self.scene, region_of_face), self.config.data,
         )  # fmt: skip
+        some = [int(block[0]) for block in self.blocks[:: max(1, len(self.blocks) // 8)]]
+        cuts.own_steps = find_steps(self.run, ((i, looked[i][1].depth) for i in some), self.config.data)
         if like is not None:
             cuts = replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times)
         self.cuts, self.axes = cuts, make_axes(cuts)

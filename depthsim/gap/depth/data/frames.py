@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.camera import Camera
 from depthsim.gap.config import DepthData
-from depthsim.raycast import Geometry
+from depthsim.raycast import Caster, Geometry
 
 
 @dataclass
@@ -24,6 +25,28 @@ class CleanFrame:
     across: NDArray[np.float32]
     per_spread: NDArray[np.float32]
     places: NDArray[np.unsignedinteger]
+
+
+def cast_clean(caster: Caster, camera: Camera, pose: NDArray[np.float64]) -> Geometry:
+    """What a camera sees from a pose (4, 4), and whether the imagers beside it see that, too.
+
+    Of an aligned camera those are both imagers, of others the right one.
+    """
+    if not camera.aligned:
+        return caster.cast(camera, pose, right=True, threads=1)
+    left = float(camera.left_pose[0, 3])
+    met = caster.cast(_beside(camera, left + camera.baseline), pose, right=True, threads=1)
+    if abs(left) > 1e-6:
+        other = caster.cast(_beside(camera, left), pose, right=True, threads=1)
+        assert met.right_sees is not None and other.right_sees is not None
+        np.minimum(met.right_sees, other.right_sees, out=met.right_sees)
+    return met
+
+
+def _beside(camera: Camera, x: float) -> Camera:
+    """The same view with its other imager at ``x`` [m]; not checked, because that may be to the left."""
+    plain = {"baseline": x, "color": None, "aligned": False, "depth": None}
+    return Camera.model_construct(**{**dict(camera), **plain})
 
 
 def select_frames(count: int, pixels: int, limit: DepthData) -> list[NDArray[np.int64]]:

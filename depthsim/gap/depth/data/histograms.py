@@ -14,16 +14,16 @@ from depthsim.kernels import kernel
 
 _f = np.float32
 ERROR, LEFT, UP, FAR_LEFT, FAR_UP, BEFORE, ACROSS, PHASE = range(8)
-"""What is counted in an axis's cells; PHASE + k is the fraction of the disparity in steps of STEPS[k]."""
+"""What is counted in an axis's cells; PHASE + k is the fraction of the disparity in the k-th of some steps."""
 STEPS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
-_STEPS = np.array(STEPS, np.float32)
+"""[px] The usual ones; a recording that has others may have one more."""
 
 MAGNITUDES = np.array([0.15, 0.4, 0.7, 1, 1.35, 1.7, 2.1, 2.6, 3.3, 4.5, 6.5, 10, 16, 30, 70], np.float32)
 ERROR_HOLE, ERROR_SATURATED, ERROR_NO_SURFACE = 32, 33, 34
 _DIFFERENCES = np.array([0.1, 0.3, 0.6, 1, 1.5, 2.2, 3.2, 5, 10, 30], np.float32)
 _MIXES = np.array([-0.3, -0.1, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1], np.float32)
 _PHASES = 12
-BINS = np.array([35, 26, 26, 28, 28, 28, 10] + [_PHASES + 1] * len(STEPS), np.int64)
+BINS = np.array([35, 26, 26, 28, 28, 28, 10] + [_PHASES + 1] * (len(STEPS) + 1), np.int64)
 """How many bins each kind of histogram has."""
 LAG_LEFT, LAG_UP = 5, 4
 """How far off [px] the pixel lies that FAR_LEFT and FAR_UP compare with."""
@@ -107,13 +107,13 @@ def _pair(one, other, out):
 
 @kernel
 def codes(  # noqa: ANN201 - numba
-    units, unit, clean, across, focal_baseline, width, error, coarse, coarse_before, first, stride, out
+    units, unit, clean, across, focal_baseline, width, error, coarse, coarse_before, steps, first, stride, out
 ):  # fmt: skip
     """The bin of each pixel in each kind of histogram, for every ``stride``-th row from row ``first`` on.
 
     out: (kinds, pixels of those rows) uint8. What has no bin, such as the difference from a neighbour beyond the
     border, is left as it is: :func:`depthsim.gap.depth.data.counting.places` sees to it that it is counted nowhere.
-    coarse_before is empty where there is no frame before.
+    coarse_before is empty where there is no frame before. steps: (any number,) [px].
     """
     by = np.empty(width, np.float32)
     for row in range(out.shape[1] // width):
@@ -132,5 +132,5 @@ def codes(  # noqa: ANN201 - numba
         _across(raw, unit, true, across[begin:end], c, by, out[6, at:till])
         for u in range(width):
             by[u] = focal_baseline / (_f(raw[u]) * unit)
-        for k in range(_STEPS.size):
-            _phase(by, _f(1) / _STEPS[k], c, out[7 + k, at:till])
+        for k in range(steps.size):
+            _phase(by, _f(1) / steps[k], c, out[7 + k, at:till])

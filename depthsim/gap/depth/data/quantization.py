@@ -4,29 +4,39 @@ A fit that follows slopes does not find them: a step that is wrong by one part i
 right one after fifty steps.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.camera import Camera
 from depthsim.gap.config import DepthData
-from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.runs import Run
 
 _CELL, _SPAN = 1 / 1024, 256.0
 """Width of the histogram's cells, and of the whole [px]."""
+_LEAST_PIXELS = 2000
 
 
-def find_steps(evidence: Evidence) -> tuple[float, float] | None:
-    """The step [px], and where the steps begin, in steps from -0.5 to 0.5; None where none are seen."""
-    frames = [int(block[0]) for block in evidence.blocks[:: max(1, len(evidence.blocks) // 8)]]
-    unit = evidence.camera.depth_scale
-    measured = np.concatenate([evidence.run.depth_raw(i).reshape(-1)[::3] for i in frames])
-    clean = np.concatenate([evidence.frames[i].geometry.depth.reshape(-1)[::3] for i in frames])
-    seen, there = (_disparities(evidence, z) for z in (measured, np.round(clean / unit)))
-    return _steps_of(seen, there, evidence.config.data) if min(len(seen), len(there)) > 2000 else None
+def find_steps(
+    run: Run, frames: Iterable[tuple[int, NDArray[np.float32]]], limit: DepthData
+) -> tuple[float, float] | None:
+    """The step [px], and where the steps begin, in steps from -0.5 to 0.5; None where none are seen.
+
+    frames: the number of each, and the depth of the scene there [m].
+    """
+    seen, there = [], []
+    for index, depth in frames:
+        seen.append(_disparities(run.camera, run.depth_raw(index).reshape(-1)[::3]))
+        there.append(_disparities(run.camera, np.round(depth.reshape(-1)[::3] / run.camera.depth_scale)))
+    if min(sum(map(len, seen)), sum(map(len, there))) <= _LEAST_PIXELS:
+        return None
+    return _steps_of(np.concatenate(seen), np.concatenate(there), limit)
 
 
-def _disparities(evidence: Evidence, units: NDArray[np.integer] | NDArray[np.floating]) -> NDArray[np.float64]:
+def _disparities(camera: Camera, units: NDArray[np.integer] | NDArray[np.floating]) -> NDArray[np.float64]:
     known = units[(units > 0) & (units < 65535)].astype(np.float64)
-    disparity = evidence.camera.focal_baseline / (known * evidence.camera.depth_scale)
+    disparity = camera.focal_baseline / (known * camera.depth_scale)
     # Where the unit of the depth is wide, it hides steps, or shows its own.
     return disparity[(disparity < _SPAN) & (disparity / known < 0.1)]
 

@@ -100,6 +100,13 @@ class PoseErrors:
         return bool(np.isnan(self.deviation).all())
 
     @property
+    def turn(self) -> tuple[float, float, float] | None:
+        """[deg] of the mount, about x, y and z; None where it may be by chance."""
+        turn, error = self.constant[:3], self.constant_error[:3]
+        x, y, z = np.degrees(turn)
+        return (float(x), float(y), float(z)) if (np.abs(turn) > _ONE * error).any() else None
+
+    @property
     def rotation(self) -> float:
         """Standard deviation of a turn about an axis that the scene shows [deg]."""
         return float(np.degrees(self.pooled[0]))

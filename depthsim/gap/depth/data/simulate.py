@@ -18,7 +18,7 @@ from depthsim.sensor.exposure import Exposure
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.past import Past
-from depthsim.sensor.pipeline import Pipeline, bending, imager_camera, in_camera
+from depthsim.sensor.pipeline import Pipeline, all_of, bending, camera_for, in_camera, measuring_camera
 
 SPREAD, FITTING, LOCATING = Seed("spread"), Seed("fitting"), (Seed("locating", 0), Seed("locating", 1))
 """The seeds of the simulations that the measure of errors is from, that parameters are fitted by, and of the two that
@@ -32,67 +32,64 @@ _KEPT = 1 << 28
 class Replay:
     """A camera on its way through a scene; safe to be asked from many threads.
 
-    camera: of the recording. Where effects resize the picture, the frame is cast by the camera that they begin with.
+    camera: of the recording. Where effects resize its pictures or align them, others are cast and measured.
     """
 
     def __init__(self, caster: Caster, materials: Materials, camera: Camera, motion: Motion) -> None:
-        self._pipeline, self._motion = Pipeline(caster, camera, materials, caster.scene), motion
+        self._camera, self._motion = camera, motion
+        self._pipeline = Pipeline(caster, camera, materials, caster.scene)
         self._own = threading.local()
-        self._casts: dict[int, list[tuple[list[Effect], bool, Geometry]]] = {}
-        self._past: tuple[list[Effect], Camera, Past] | None = None
+        self._casts: dict[int, list[tuple[Camera, list[Effect], bool, Geometry]]] = {}
+        self._past: tuple[list[Effect], list[Effect], Camera, Past] | None = None
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
-        """(height, width) the frame as the sensor with ``effects``, as :func:`acting` orders them, stores it."""
-        scratch = Scratch.of_thread(self._own)
+        """(height, width) the frame as the sensor with ``effects`` stores it."""
+        effects, scratch = all_of(self._camera, effects), Scratch.of_thread(self._own)
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch)
-        camera = self._pipeline.camera
-        imager = imager_camera(camera, effects)
-        pipeline = self._pipeline if imager == camera else replace(self._pipeline, camera=imager)
+        camera = self._camera
+        pipeline = replace(self._pipeline, camera=measuring_camera(camera_for(camera, effects), effects))
         past = self._past_of(effects, pipeline) if any(effect.looks_back for effect in effects) else None
-        raw = pipeline.store(self._made(pipeline, effects, exposure, frame.geometry, past))
+        met = self._met(pipeline, effects, exposure, frame.geometry)
+        raw = pipeline.store(self._made(pipeline, effects, met, exposure, past))
         return raw if raw.shape == camera.shape else np.ascontiguousarray(raw[: camera.height, : camera.width])
 
     def _made(
-        self,
-        pipeline: Pipeline,
-        effects: Sequence[Effect],
-        exposure: Exposure,
-        known: Geometry | None,
-        past: Past | None,
+        self, pipeline: Pipeline, effects: Sequence[Effect], met: Geometry, exposure: Exposure, past: Past | None
     ) -> Frame:
-        """The frame. known: what straight rays of the recording's camera meet, where that is known."""
-        right = any(effect.needs_right for effect in effects)
-        if pipeline is not self._pipeline:  # casts of so many more pixels are not kept
-            met = pipeline.cast(effects, exposure, right=right)
-        elif bending(effects):
-            met = self._bent(effects, exposure, right)
-        else:
-            met = known if known is not None else pipeline.cast(effects, exposure, right=right)
         depth = exposure.scratch.empty(met.depth.shape)
         depth[:] = met.depth
         return pipeline.apply(effects, met, depth, exposure, past)
 
-    def _bent(self, effects: Sequence[Effect], exposure: Exposure, right: bool) -> Geometry:
-        """What bent rays meet. The last few casts for fitting are kept: the bank is tried on top of one bent sensor."""
-        own = bending(effects)
-        kept = self._casts.get(exposure.index, []) if exposure.seed == FITTING else []
-        for others, with_right, known in kept:
-            if others == own and (with_right or not right):
-                return known
-        met = self._pipeline.cast(own, exposure, right=right)
-        if exposure.seed == FITTING:
-            self._casts[exposure.index] = [(own, right, met), *kept][:_CASTS]
+    def _met(
+        self, pipeline: Pipeline, effects: Sequence[Effect], exposure: Exposure, known: Geometry | None = None
+    ) -> Geometry:
+        """What rays meet. known: those of the recording's camera, straight; where that is known.
+
+        The last few casts of bent rays for fitting are kept: the bank is tried on top of one bent sensor. Those of the
+        many more pixels that are decimated are not.
+        """
+        own, camera, right = bending(effects), pipeline.camera, any(effect.needs_right for effect in effects)
+        if known is not None and camera == self._camera and not own:
+            return known
+        keeps = bool(own) and exposure.seed == FITTING and camera.width <= self._camera.left.width
+        kept = self._casts.get(exposure.index, []) if keeps else []
+        for eye, others, with_right, cast in kept:
+            if (eye, others) == (camera, own) and (with_right or not right):
+                return cast
+        met = pipeline.cast(effects, exposure, right=right)
+        if keeps:
+            self._casts[exposure.index] = [(camera, own, right, met), *kept][:_CASTS]
         return met
 
     def _past_of(self, effects: Sequence[Effect], pipeline: Pipeline) -> Past:
         """The frames before. They are kept while what the filters after them are fitted changes, and nothing else."""
-        own, camera = in_camera(effects), pipeline.camera
+        making, bent, camera = in_camera(effects), bending(effects), pipeline.camera
 
         def take(exposure: Exposure) -> NDArray[np.uint16]:
-            return pipeline.store(self._made(pipeline, own, exposure, None, None))
+            return pipeline.store(self._made(pipeline, making, self._met(pipeline, effects, exposure), exposure, None))
 
         past = self._past
-        if past is None or past[:2] != (own, camera):
+        if past is None or past[:3] != (making, bent, camera):
             most = max(_KEPT // (2 * camera.width * camera.height), 1)
-            past = self._past = own, camera, Past(take, camera.rate, most)
-        return past[2]
+            past = self._past = making, bent, camera, Past(take, camera.rate, most)
+        return past[3]

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import jensenshannon
 
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.divergence import Counted
@@ -20,6 +21,7 @@ from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.where.differences import moments
 from depthsim.gap.depth.where.localize import PAIRS, axis_cost, beyond_each
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.parameter import learned_of
 
 Floats = NDArray[np.float64]
 Effects = Sequence[Effect]
@@ -60,6 +62,16 @@ def done_by(validator: Validator, before: Effects, after: Effects) -> Changes:
     return _changes(validator, _runs(validator, after)[0], _runs(validator, before))
 
 
+def makes_steps(validator: Validator, before: Effects, after: Effects) -> bool:
+    """Whether the disparities of ``after`` lie on steps that the recording has, and those of ``before`` do not."""
+    if validator.evidence.cuts.own_steps is None:
+        return False
+    gap, left = (_steps(validator, effects) for effects in (before, after))
+    axis = int(np.argmax(gap))
+    limit = validator.evidence.config.agreement
+    return bool(gap[axis] > limit.steps and left[axis] < limit.left_along * gap[axis])
+
+
 def disagreement(
     validator: Validator,
     effect: type[Effect],
@@ -75,14 +87,18 @@ def disagreement(
     explain, along every axis on which it stands out, and not along the first one only. flexible: whether it has so many
     parameters that it comes near to much.
     """
+    if makes_steps(validator, before, after):  # which nothing else does
+        return None
     gap, left, does = against(validator, before), against(validator, after), done_by(validator, before, after)
     if effect.kinds[0] == "correlation":
         return _of_pairs(validator, effect, gap, left)
     limit, acts = validator.evidence.config.agreement, does.whole
     for k, kind in enumerate(KINDS):
+        if k == ALL and learned_of(effect):  # as much as other frames say for sure is there, and no more
+            continue
         if k != ALL and (kind not in effect.kinds or acts[k] < limit.acts * acts[ALL]):
             continue
-        if why := _leaves(validator, gap, left, k, alone, flexible):
+        if why := _leaves(validator, effect, gap, left, k, alone, flexible):
             return why
         if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, gap, left, k)):
             return why
@@ -93,10 +109,15 @@ def disagreement(
     return None
 
 
-def _leaves(validator: Validator, gap: Changes, left: Changes, k: int, alone: bool, flexible: bool) -> str | None:
+def _leaves(
+    validator: Validator, effect: type[Effect], gap: Changes, left: Changes, k: int, alone: bool, flexible: bool
+) -> str | None:
     """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
-    most = validator.evidence.config.agreement.left_by_flexible if flexible else 1.0
     limit, whole = validator.evidence.config.agreement, max(float(gap.whole[k]), 1e-12)
+    most = limit.left_by_flexible if flexible else 1.0
+    along = np.full(len(gap.varies[k]), most * limit.left_along)
+    if learned_of(effect):  # along its own axes as much is removed as other frames say for sure is there
+        along[[axis.name in effect.axes for axis in validator.evidence.axes]] = limit.untouched
     sure = gap.varies[k] > limit.sure * gap.chance[k]
     worth = np.where(sure, gap.varies[k], 0) / whole - _cost(validator)
     first = int(np.argmax(worth))
@@ -108,7 +129,7 @@ def _leaves(validator: Validator, gap: Changes, left: Changes, k: int, alone: bo
     strong = worth >= limit.strong * worth[first] if alone else np.arange(len(worth)) == first
     for axis in np.flatnonzero(strong & sure & (gap.varies[k] > limit.uniform * whole)):
         share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
-        if share > (most * limit.left_along if axis == first else limit.untouched):
+        if share > (along[axis] if axis == first else limit.untouched):
             return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, int(axis))}"
     return None
 
@@ -242,6 +263,19 @@ def _cost(validator: Validator) -> Floats:
     """(axes,) what each axis must explain more, see :func:`axis_cost`; infinite where no errors are counted."""
     axes, limit = validator.evidence.axes, validator.evidence.config.where
     return np.array([axis_cost(axis, limit) if axis.kind == histograms.ERROR else np.inf for axis in axes])
+
+
+def _steps(validator: Validator, effects: Effects) -> Floats:
+    """(axes,) how the phases of the disparities differ from the recording's [bits], where there is depth."""
+    evidence, run = validator.evidence, _runs(validator, effects)[0].sum(axis=0)
+    real, bits = validator.real.sum(axis=0), np.zeros(len(evidence.axes))
+    for number, axis in enumerate(evidence.axes):
+        if axis.kind >= histograms.PHASE:
+            begin = int(evidence.offsets[number])
+            phases = slice(begin, begin + int(histograms.BINS[axis.kind]) - 1)
+            if min(real[phases].sum(), run[phases].sum()) > 0:
+                bits[number] = jensenshannon(real[phases], run[phases], base=2) ** 2
+    return bits
 
 
 def _together(validator: Validator, axis: int, x: Counted, y: Counted) -> float:

@@ -10,20 +10,26 @@ from numpy.typing import NDArray
 
 from depthsim.gap.config import DepthFit
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.quantization import find_steps
+from depthsim.gap.depth.data.registration import PoseErrors
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.parameter import Parameter, Setting, learned_of, parameters_of
 
 Vector = NDArray[np.float64]
 
 
-def setting_of(evidence: Evidence, learned: Mapping[str, Mapping[str, Any]] | None = None) -> Setting:
-    """What of the recording decides where fits begin. learned: what was, by effect."""
+def setting_of(
+    evidence: Evidence, learned: Mapping[str, Mapping[str, Any]] | None = None, errors: PoseErrors | None = None
+) -> Setting:
+    """What of the recording decides where fits begin. learned: what was, by effect; errors: of the poses."""
     tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
     quantiles = np.quantile(evidence.depths, Setting.SHARES).astype(float)
     stamps = [frame.stamp for frame in evidence.frames.values()]
-    span, size = max(stamps) - min(stamps), (evidence.camera.width, evidence.camera.height)
-    return Setting(tags, quantiles, span, evidence.materials, find_steps(evidence), learned or {}, size)
+    span, left = max(stamps) - min(stamps), evidence.camera.left
+    off = (errors.turn, errors.late if abs(errors.late) < span else None) if errors else (None, None)
+    return Setting(
+        tags, quantiles, span, evidence.materials, evidence.cuts.own_steps, learned or {},
+        size=(left.width, left.height), turn=off[0], late=off[1],
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -171,7 +177,8 @@ def _free(kind: type[Effect], setting: Setting, config: DepthFit) -> tuple[Free,
             continue
         if one.by_material:
             high = one.high if one.likely is None else one.likely
-            found += [Free((one.name, tag), one.low, high, False, one.step) for tag in setting.tags]
+            step = _step(one, setting, config)
+            found += [Free((one.name, tag), one.low, high, False, step) for tag in setting.tags]
         elif one.scaled == "log":
             found.append(Free(one.name, max(one.low, 1e-6 * max(one.default, 1e-3)), one.high, True, 1.0))
         else:
@@ -181,6 +188,8 @@ def _free(kind: type[Effect], setting: Setting, config: DepthFit) -> tuple[Free,
 
 def _step(one: Parameter, setting: Setting, config: DepthFit) -> float:
     """A change of a parameter that matters, where it is not a part of its value."""
+    if one.step is not None:
+        return one.step
     if one.whole:
         return 1.0
     if one.scaled == "range":

@@ -66,13 +66,21 @@ def loss(target: Floats, found: Floats) -> float:
     return float(np.square(target - found).sum())
 
 
-def start(candidate: Candidate, base: Sequence[Effect], target: Floats, roots: Roots) -> Model:
-    """The best of the places where a candidate begins."""
-    tries = []
+def start(
+    candidate: Candidate, base: Sequence[Effect], here: Floats, target: Floats, roots: Roots
+) -> tuple[Model, float]:
+    """The best of the places where a candidate begins, and what of the loss any of them would take off, going on.
+
+    here: what ``base`` does, without it.
+    """
+    tries, gains = [], []
     for values in candidate.starts:
         x = candidate.encode(values)
-        tries.append(Model((candidate,), x, loss(target, roots(candidate.build(base, x)))))
-    return min(tries, key=lambda model: model.loss)
+        there = roots(candidate.build(base, x))
+        tries.append(Model((candidate,), x, loss(target, there)))
+        done = there - here
+        gains.append(float(done @ (target - here)) ** 2 / max(float(done @ done), 1e-30))
+    return min(tries, key=lambda model: model.loss), max(gains)
 
 
 def refine(

@@ -47,16 +47,19 @@ class Poses:
         return "the frames were registered with the scene, which makes next to no difference to the gap"
 
 
-def register_frames(given: Evidence) -> Poses | None:
-    """The frames of ``given`` at the poses where they fit the scene; None where the poses are right, or unknown."""
+def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
+    """What the poses are off by, and the frames of ``given`` where they fit the scene.
+
+    None in place of these where the poses are right from frame to frame, or nobody knows.
+    """
     held = next((effect for effect in given.base if isinstance(effect, PoseNoise)), None)
     frames = [int(i) for block in given.blocks for i in block]
     found = register(given.run, given.caster, frames, given.threads)
     if found.errors.is_unknown or (found.errors.is_none and (held is None or held.is_neutral)):
-        return None
+        return found.errors, None
     run, base = found.applied(given.run), without_errors(given.base)
     registered = Evidence(run, given.scene, given.materials, base, given.threads, given, given.config)
-    return Poses(found.errors, held, registered)
+    return found.errors, Poses(found.errors, held, registered)
 
 
 def without_errors(effects: Sequence[Effect]) -> tuple[Effect, ...]:

@@ -4,10 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.fit.agreement import disagreement
+from depthsim.gap.depth.fit.agreement import disagreement, makes_steps
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, polish, refine, start
 from depthsim.gap.depth.fit.validate import Validator
@@ -40,7 +39,6 @@ class Search:
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
         self._chance = validator.quick(evidence.base, self.config.fit.runs) - before
         self._few = first_look(evidence)
-        self._responses: dict[int, NDArray[np.float32]] = {}
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
 
     @property
@@ -61,14 +59,22 @@ class Search:
         kind, flexible = effect_class(part.effect), self.is_flexible(part)
         return disagreement(self.validator, kind, before, after, alone=alone, flexible=flexible)
 
-    def step(self, so_far: Model | None, earlier: Sequence[Trial] = ()) -> list[Trial]:
+    def makes_steps(self, model: Model) -> bool:
+        """Whether the newest part of a model puts the disparities on the recording's steps."""
+        before = model.less(len(model.parts) - 1).build(self.base)
+        return makes_steps(self.validator, before, model.build(self.base))
+
+    def step(
+        self, so_far: Model | None, earlier: Sequence[Trial] = (), is_out: Callable[[str], bool] = lambda _: False
+    ) -> list[Trial]:
         """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out.
 
-        earlier: the leaders of the step before, of which the first has become part of ``so_far``.
+        earlier: the leaders of the step before, of which the first has become part of ``so_far``. is_out: whether an
+        effect is not to be looked at.
         """
         found: list[Trial] = []
         least = np.inf
-        screened = self._screen(so_far)[: self.config.fit.leaders]
+        screened = self._first_of_each_kind(self._screen(so_far, is_out))
         for model in [*screened, *self._passed_over(screened, so_far, earlier)]:
             self.say(f"fitting {model.parts[-1].effect}")
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished=False)
@@ -87,6 +93,18 @@ class Search:
         close = [c for c in found if c.gap - found[0].gap < margin]
         plainest = min(close, key=lambda trial: len(trial.newest.free), default=None)
         return sorted(found, key=lambda trial: trial is not plainest)
+
+    def _first_of_each_kind(self, screened: Sequence[Model]) -> list[Model]:
+        """The leaders, of which not all make one kind of error, and whatever may make the recording's steps."""
+        found: list[Model] = []
+        steps = self.evidence.cuts.own_steps is not None
+        for model in screened:
+            kind = effect_class(model.parts[-1].effect)
+            alike = [m for m in found if effect_class(m.parts[-1].effect).kinds[0] == kind.kinds[0]]
+            leads = len(found) < self.config.fit.leaders and len(alike) < self.config.fit.leaders_of_kind
+            if leads or (steps and kind.axes[:1] == ("disparity_phase",)):
+                found.append(model)
+        return found
 
     def _passed_over(self, screened: Sequence[Model], so_far: Model | None, earlier: Sequence[Trial]) -> list[Model]:
         """Effects that came close in the step before, and now do not, where the first can stand for much."""
@@ -131,38 +149,30 @@ class Search:
         fine = fit.model_copy(update={"least_gain": fit.refined_gain})
         return refine(model, *arguments, fine, fit.refined_rounds, both_sides=True)
 
-    def _screen(self, so_far: Model | None) -> list[Model]:
+    def _screen(self, so_far: Model | None, is_out: Callable[[str], bool]) -> list[Model]:
         """The bank on top of ``so_far``, best first, after a first look; of each effect its best form."""
         taken = {part.effect for part in so_far.parts} if so_far else set()
         taken |= {name for part in so_far.parts for name in part.replaces} if so_far else set()
         base = so_far.build(self.base) if so_far else self.base
         target, roots = self._targets[len(self._few)], self._roots(self._few)
-        open_to = [k for k, c in enumerate(self.bank) if c.effect not in taken and not (c.replaces & taken)]
-        here = roots(base)
-        if self._responses:
-            open_to = self._likely(open_to, target - here)
+        open_to = [
+            k for k, c in enumerate(self.bank) if not (c.effect in taken or c.replaces & taken or is_out(c.effect))
+        ]
+        here, begun = roots(base), {}
+        for number in open_to:
+            self.say(f"looking at {self.bank[number].effect}, {number + 1} of {len(self.bank)}")
+            begun[number] = start(self.bank[number], base, here, target, roots)
+        if so_far is not None:  # of the whole bank, those that are on their way to what is left
+            likely = sorted(open_to, key=lambda number: -begun[number][1])[: self.config.fit.looked_at_again]
+            open_to = sorted(likely)
         best: dict[tuple[str, bool], Model] = {}
         for number in open_to:
             candidate = self.bank[number]
-            self.say(f"looking at {candidate.effect}, {number + 1} of {len(self.bank)}")
-            model = refine(start(candidate, base, target, roots), base, target, roots, self.config.fit, 1)
-            if so_far is None:
-                self._responses[number] = (roots(model.build(base)) - here).astype(np.float32)
+            model = refine(begun[number][0], base, target, roots, self.config.fit, 1)
             key = candidate.effect, bool(candidate.replaces)
             if key not in best or model.loss < best[key].loss:
                 best[key] = model
         return sorted(best.values(), key=lambda model: model.loss)
-
-    def _likely(self, numbers: Sequence[int], left: Floats) -> list[int]:
-        """Of the bank by number, what may close most of what is ``left`` of the fingerprint, by what it did at first.
-
-        What did nothing at first, as correlation where there is no noise, may do something now.
-        """
-        sizes = {k: float(np.square(self._responses[k]).sum()) for k in numbers}
-        least = 1e-3 * max(sizes.values(), default=0.0)
-        gains = {k: float(self._responses[k] @ left) ** 2 / sizes[k] for k in numbers if sizes[k] > least}
-        likely = sorted(gains, key=lambda k: -gains[k])[: self.config.fit.looked_at_again]
-        return sorted({*likely, *(k for k in numbers if sizes[k] <= least)})
 
     def _sum(self, counts: Counts) -> Floats:
         return self.validator.ruler.roots(counts.sum(axis=0))

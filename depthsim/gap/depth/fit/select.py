@@ -4,7 +4,8 @@ A further cause is looked for as long as what is left would be a gap if it were 
 closes enough of that, and acts where it lies.
 """
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,10 +15,13 @@ from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Say, Search, Trial
 from depthsim.gap.depth.fit.shapley import credit
-from depthsim.gap.depth.fit.ties import Ties, compare_rivals
+from depthsim.gap.depth.fit.ties import Ties, compare_rivals, instead, surely_worse
 from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.diagnosis import Nearest
 from depthsim.sensor.effect import effect_class
+
+_ASKED = 2
+"""Times that an effect is asked: by itself, and beside what was found since."""
 
 
 @dataclass(frozen=True)
@@ -36,115 +40,184 @@ class Selection:
 @dataclass
 class _Chain:
     """Causes found one after the other. looked, before: the leaders of each step, and the gap before it; refused: by
-    effect, what it closed and why it is none; dropped: effects that were causes until all of them were there."""
+    effect, what it closed and why it is none; asked: how often it was refused; dropped: effects that were causes until
+    all of them were there.
 
+    ties: the equals of each cause; gap, score: with all of them, on the frames held out.
+    """
+
+    score: Score
+    gap: float
     model: Model | None = None
     looked: list[tuple[Trial, ...]] = field(default_factory=list)
     before: list[float] = field(default_factory=list)
     refused: dict[str, Nearest] = field(default_factory=dict)
+    asked: Counter[str] = field(default_factory=Counter)
     dropped: set[str] = field(default_factory=set)
+    ties: Ties = field(default_factory=dict)
 
     def refuse(self, effect: str, closed: float, why: str) -> None:
         """Keep why an effect is no cause, by where it closed most."""
+        self.asked[effect] += 1
         if effect not in self.refused or self.refused[effect].closed_fraction < closed:
             self.refused[effect] = Nearest(effect=effect, closed_fraction=closed, why_not=why)
 
+    def is_out(self, effect: str) -> bool:
+        """Whether an effect was asked often enough: beside other causes, too, it does not act where the gap lies."""
+        return effect in self.dropped or self.asked[effect] >= _ASKED
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The causes."""
+        return tuple(part.effect for part in self.model.parts) if self.model else ()
+
 
 def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], say: Say) -> Selection:
-    """One cause after the other, as long as the frames of ``validator`` support it. bank: what may be wrong."""
+    """One cause after the other, as long as the frames of ``validator`` support it. bank: what may be wrong.
+
+    What closes most by itself may be near to two causes together. So where something is left, causes are looked for
+    once more behind the next of the effects that came first.
+    """
     score = validator.score(evidence.base)
     search = Search(evidence, validator, bank, score.gap, score.floor, say)
-    chain, ties = _Chain(), dict[str, tuple[str, ...]]()
+    chain = _chain(search, score, _Chain(score, search.before))
+    for other in _other_beginnings(search, chain):
+        chain = _better(search, chain, _chain(search, score, other))
+    if chain.model is None:
+        return Selection(Model((), np.empty(0)), {}, _nearest(search, chain), tuple(chain.looked))
+    say("refining the parameters")
+    model = search.refined(chain.model)
+    ties = {cause: equals for cause, equals in chain.ties.items() if cause in chain.named}
+    return Selection(model, ties, _nearest(search, chain), tuple(chain.looked))
+
+
+def _chain(search: Search, score: Score, chain: _Chain) -> _Chain:
+    """Every cause that is supported. score: of the sensor as it is."""
     for _ in range(search.config.select.rounds):
-        gap = _grow(search, chain, score)
+        _grow(search, chain)
         if chain.model is None:
             break
-        looked = [[trial for trial in step if trial.newest.effect not in chain.dropped] for step in chain.looked]
-        whole, ties = compare_rivals(search, chain.model, gap, looked, chain.before)
+        looked = [[trial for trial in step if not chain.is_out(trial.newest.effect)] for step in chain.looked]
+        whole, chain.ties = compare_rivals(search, chain.model, chain.gap, looked, chain.before)
         confirmed = _confirmed(search, chain, whole)
-        chain.model = confirmed if confirmed.parts else None
         dropped = {part.effect for part in whole.parts} - {part.effect for part in confirmed.parts}
         chain.dropped |= dropped
-        score = validator.score(confirmed.build(evidence.base))
+        chain.model = confirmed if confirmed.parts else None
+        chain.score = search.validator.score(confirmed.build(search.base)) if confirmed.parts else score
+        chain.gap = search.validated(confirmed).gap if confirmed.parts else search.before
         if not dropped:
             break
-    model = chain.model
-    if model is None:
-        return Selection(Model((), np.empty(0)), {}, _nearest(search, chain, ()), tuple(chain.looked))
-    say("refining the parameters")
-    model = search.refined(model)
-    named = tuple(part.effect for part in model.parts)
-    ties = {cause: equals for cause, equals in ties.items() if cause in named}
-    return Selection(model, ties, _nearest(search, chain, named), tuple(chain.looked))
+    return chain
 
 
-def _grow(search: Search, chain: _Chain, score: Score) -> float:
-    """Every cause that is supported, into the chain; the gap with all of them. score: of the sensor as it is.
+def _other_beginnings(search: Search, chain: _Chain) -> Iterator[_Chain]:
+    """Where something is left: the same causes with another one in the place of the first, if that comes near."""
+    limit = search.config.select
+    first = next((trial for step in chain.looked[:1] for trial in step if trial.newest.effect in chain.named), None)
+    if chain.model is None or first is None or not chain.score.stands_out(search.config.significance):
+        return
+    reach = min(limit.near * search.whole, limit.near_of_cause * (search.before - first.gap))
+    others = [
+        trial
+        for trial in chain.looked[0]
+        if trial.newest.effect not in chain.named
+        and not chain.is_out(trial.newest.effect)
+        and trial.gap - first.gap < reach
+    ]
+    for other in others[: limit.beginnings - 1]:
+        trial = instead(search, chain.model, first.newest.effect, other)
+        if trial.gap - chain.gap < limit.near_of_cause * (chain.gap - search.floor):
+            score = search.validator.score(trial.model.build(search.base))
+            yield _Chain(
+                score,
+                trial.gap,
+                trial.model,
+                list(chain.looked),
+                list(chain.before),
+                dict(chain.refused),
+                chain.asked.copy(),
+            )
+
+
+def _better(search: Search, one: _Chain, other: _Chain) -> _Chain:
+    """The chain that leaves surely less, and the first where neither does; what the other refused is kept."""
+    limit, left = search.config.select, max(one.gap - search.floor, 0.0)
+    if (
+        other.model is None
+        or one.gap - other.gap < limit.better * left
+        or not surely_worse(search.validator, *(c.model.build(search.base) for c in (one, other) if c.model))
+    ):
+        return one
+    search.say(f"{' and '.join(other.named)} in place of {' and '.join(one.named)}")
+    for near in one.refused.values():
+        other.refuse(near.effect, near.closed_fraction, near.why_not)
+    return other
+
+
+def _grow(search: Search, chain: _Chain) -> None:
+    """Every cause that is supported, into the chain.
 
     Two causes may each leave what is the other's. So where none of the leaders acts where the gap lies, the one that
     closes most is taken all the same, a few times, and asked again when the others are there.
     """
-    gap, trusted = search.validated(chain.model).gap if chain.model else search.before, search.config.select.trusted
+    trusted = search.config.select.trusted
     while chain.model is None or len(chain.model.parts) < search.config.select.most_causes:
-        if not score.stands_out(search.config.significance):
+        if not chain.score.stands_out(search.config.significance):
             break
-        leaders = _leaders(search, chain, gap)
-        selected = _first_supported(search, chain, leaders, gap, score)
-        if (
-            selected is None
-            and trusted > 0
-            and leaders
-            and _closes_enough(search, gap, leaders, score, first=chain.model is None)
-        ):
+        leaders = _leaders(search, chain)
+        selected = _first_supported(search, chain, leaders)
+        if selected is None and trusted > 0 and leaders and _closes_enough(search, chain, leaders[0], leaders):
             selected, trusted = leaders[0], trusted - 1
         if selected is None:
             break
-        chain.model, gap = selected.model, selected.gap
+        chain.model, chain.gap = selected.model, selected.gap
         if len(chain.model.parts) > 1:
-            chain.model, gap = _prune(search, chain.model, gap)
-        score = search.validator.score(chain.model.build(search.base))
-    return gap
+            chain.model, chain.gap = _prune(search, chain.model, chain.gap)
+        chain.score = search.validator.score(chain.model.build(search.base))
 
 
-def _leaders(search: Search, chain: _Chain, gap: float) -> list[Trial]:
+def _leaders(search: Search, chain: _Chain) -> list[Trial]:
     """The leaders of the bank on top of the causes so far, but for what was dropped."""
     if chain.model is None and chain.looked:  # they were fitted at the beginning
         leaders = chain.looked[0]
     else:
-        leaders = tuple(search.step(chain.model, chain.looked[-1] if chain.looked else ()))
+        leaders = tuple(search.step(chain.model, chain.looked[-1] if chain.looked else (), chain.is_out))
         chain.looked.append(leaders)
-        chain.before.append(gap)
-    return [trial for trial in leaders if trial.newest.effect not in chain.dropped]
+        chain.before.append(chain.gap)
+    return [trial for trial in leaders if not chain.is_out(trial.newest.effect)]
 
 
-def _first_supported(search: Search, chain: _Chain, leaders: Sequence[Trial], gap: float, score: Score) -> Trial | None:
+def _first_supported(search: Search, chain: _Chain, leaders: Sequence[Trial]) -> Trial | None:
     """The leader that closes most of those that close enough and act where the gap lies."""
-    left = list(leaders)
-    while left and _closes_enough(search, gap, left, score, first=chain.model is None):
-        best = left.pop(0)
+    left = sorted(leaders, key=lambda trial: (trial is not leaders[0], trial.gap))
+    for best in left[:]:
+        if not _closes_enough(search, chain, best, left):
+            continue
         why = search.disagreement(best.model, len(best.model.parts) - 1)
         if why is None:
             return best
-        chain.refuse(best.newest.effect, (gap - best.gap) / search.whole, why)
+        left.remove(best)
+        chain.refuse(best.newest.effect, (chain.gap - best.gap) / search.whole, why)
         search.say(f"{best.newest.effect} is no cause: it {why}")
-        left.sort(key=lambda trial: trial.gap)
     return None
 
 
-def _closes_enough(search: Search, gap: float, leaders: Sequence[Trial], score: Score, first: bool) -> bool:
-    """Whether what the first of ``leaders`` closes is enough to name it. gap, score: before it."""
-    limit, best = search.config.select, leaders[0]
-    gained, left = gap - best.gap, max(score.above, 1e-12)
-    others = [c for c in leaders if c.newest.effect != best.newest.effect]
-    if first:
+def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequence[Trial]) -> bool:
+    """Whether what one of ``leaders`` closes is enough to name it."""
+    limit, gap = search.config.select, chain.gap
+    gained, left = gap - trial.gap, max(chain.score.above, 1e-12)
+    others = [c for c in leaders if c.newest.effect != trial.newest.effect]
+    if search.makes_steps(trial.model):  # which nothing else does, however little it closes
+        return True
+    if chain.model is None:
         most = max((gap - c.gap for c in others), default=0.0)
-        share = gained / _closable(search, best)
+        share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
-    if gained < search.config.significance.faint * score.floor:
+    if gained < search.config.significance.faint * chain.score.floor:
         return False
     if gained >= limit.further * search.whole or gained >= limit.further_of_left * left:
         return True
-    return gained >= limit.further_apart * left and all(_stays(search, gap, best, other) for other in others)
+    return gained >= limit.further_apart * left and all(_stays(search, gap, trial, other) for other in others)
 
 
 def _closable(search: Search, trial: Trial) -> float:
@@ -156,13 +229,19 @@ def _closable(search: Search, trial: Trial) -> float:
 
 
 def _stays(search: Search, before: float, best: Trial, other: Trial) -> bool:
-    """Whether ``best`` closes its part of the gap also where ``other`` has closed its own."""
+    """Whether ``best`` closes its part of the gap also where ``other`` has closed its own.
+
+    Either nearly all of it, as the two are apart, or so much of it that ``other`` is the one that is not needed.
+    """
     gained, limit = before - best.gap, search.config.select
-    if before - other.gap < limit.rival * gained:
+    theirs = before - other.gap
+    if theirs < limit.rival * gained:
         return True
     newest = Model((other.newest,), other.model.split(other.model.x)[-1])
     both = search.validated(best.model.plus(newest)).gap
-    return other.gap - both >= limit.stays * gained
+    apart = other.gap - both >= limit.stays * gained
+    needless = best.gap - both <= (1 - limit.stays) * theirs
+    return apart or (needless and other.gap - min(both, best.gap) >= (1 - limit.stays) * gained)
 
 
 def _prune(search: Search, model: Model, gap: float) -> tuple[Model, float]:
@@ -201,8 +280,8 @@ def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:
     return model
 
 
-def _nearest(search: Search, chain: _Chain, named: Sequence[str]) -> tuple[Nearest, ...]:
+def _nearest(search: Search, chain: _Chain) -> tuple[Nearest, ...]:
     """The effects that come nearest of those that are no causes, best first."""
     limit = search.config.select
-    some = [n for n in chain.refused.values() if n.effect not in named and n.closed_fraction >= limit.nearest]
+    some = [n for n in chain.refused.values() if n.effect not in chain.named and n.closed_fraction >= limit.nearest]
     return tuple(sorted(some, key=lambda n: -n.closed_fraction)[: limit.most_nearest])

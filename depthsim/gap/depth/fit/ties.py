@@ -9,7 +9,7 @@ from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search, Trial
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.resampling import jackknife
-from depthsim.sensor.effect import Effect
+from depthsim.sensor.effect import Effect, effect_class
 
 Ties = dict[str, tuple[str, ...]]
 
@@ -33,14 +33,16 @@ def compare_rivals(
             name = rival.newest.effect
             if mine is None or name in taken or name in equals or rival.gap - mine.gap > reach:
                 continue
-            other = _instead(search, model, cause, rival)
+            if not set(effect_class(name).kinds) & set(effect_class(cause).kinds):
+                continue
+            other = instead(search, model, cause, rival)
             if search.disagreement(other.model, _number(other.model, name)) is not None:
                 continue
             if other.gap < gap - limit.tied * search.whole:
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
                 cause = name
-            elif other.gap - gap < limit.tied * search.whole or not _surely_worse(
+            elif other.gap - gap < limit.tied * search.whole or not surely_worse(
                 search.validator, other.model.build(search.base), model.build(search.base)
             ):
                 equals.append(name)
@@ -64,7 +66,7 @@ def _number(model: Model, effect: str) -> int:
     return [part.effect for part in model.parts].index(effect)
 
 
-def _instead(search: Search, model: Model, cause: str, rival: Trial) -> Trial:
+def instead(search: Search, model: Model, cause: str, rival: Trial) -> Trial:
     """``model`` with ``rival`` in the place of ``cause``."""
     if len(model.parts) == 1:
         return rival
@@ -74,7 +76,7 @@ def _instead(search: Search, model: Model, cause: str, rival: Trial) -> Trial:
     return search.validated(search.fit(newest.plus(model.less(number)), 3))
 
 
-def _surely_worse(validator: Validator, other: tuple[Effect, ...], selected: tuple[Effect, ...]) -> bool:
+def surely_worse(validator: Validator, other: tuple[Effect, ...], selected: tuple[Effect, ...]) -> bool:
     """Whether the frames held out agree that ``other`` leaves more of the gap than ``selected``."""
     theirs, mine = (validator.runs(effects, 1)[0] for effects in (other, selected))
 

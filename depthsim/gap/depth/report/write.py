@@ -1,6 +1,6 @@
 """A diagnosis on disk: diagnosis.json, the fitted sensor, the page with pictures, and what the viewer needs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import yaml
@@ -53,7 +53,7 @@ def write_report(found: Findings, folder: Path, named: Named | None = None) -> O
     page = report_page(diagnosis, drawing)
     with report_folder(folder) as part:
         if origin.scene == str(folder / SCENE):
-            save_scene(found.evidence.scene, part)
+            save_scene(replace(found.evidence.scene, look=None), part)
         if origin.sensor == str(folder / BEFORE):
             write_whole(part / BEFORE, found.profile.to_yaml().encode())
         write_whole(part / ORIGIN, _origin_yaml(origin, folder).encode())

@@ -15,7 +15,7 @@ from depthsim.flight.fit.motion import low_pass
 from depthsim.flight.table import Floats
 from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight.data.evidence import Problem
-from depthsim.gap.flight.data.records import Record
+from depthsim.gap.flight.data.records import ACCELEROMETER, Record
 from depthsim.gap.flight.data.simulate import Settings
 
 _SLOW = 2.0
@@ -27,7 +27,8 @@ class State:
     """What the samples (n,) of all records have beside their force, smoothed.
 
     velocity: (n, 3) through the air in the body [m/s]. ground: (n, 3) over ground, world. thrust: (n,) over weight.
-    slope: (n,) its derivative [1/s]. acceleration, jerk: (n, 3) in the body as the model has them [m/s², m/s³].
+    slope: (n,) its derivative [1/s]. acceleration, jerk: (n, 3) in the body [m/s², m/s³], by the velocities, or by the
+    model where the gap is measured on these.
     rates, spins: (n, 3) [rad/s, rad/s²]. rotations: (n, 3, 3). place: (n, 3) or None. time: (n,) [s].
     """
 
@@ -46,13 +47,18 @@ class State:
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis. simple: how readily it is named, of two that close as much; unit and words are for people."""
+    """An axis. simple: how readily it is named, of two that close as much; unit and words are for people.
+
+    reach: the force [m/s²] up to which what varies on it could make a force vary; where a vehicle hardly moves, what
+    moves it is no answer to how it moves.
+    """
 
     name: str
     unit: str
     simple: float
     value: Callable[[State], Floats]
     columns: Callable[[State], Floats]
+    reach: Callable[[State], float] = lambda _: np.inf
 
 
 def state_of(problem: Problem, s: Settings) -> State:
@@ -76,15 +82,18 @@ def _part(problem: Problem, record: Record, s: Settings) -> State:
     wind = np.einsum("nji,nj->ni", rotations, wind)
     weight = problem.model.vehicle.weight
     thrust = slow(record.thrusts.sum(axis=1) / weight)
-    force = slow(problem.model.force(record, s)) - slow(GRAVITY * rotations[:, 2])
+    if record.channels[0] == ACCELEROMETER:  # velocities, which are not what the gap is measured on
+        moved = slow(np.einsum("nji,nj->ni", rotations, np.gradient(record.log.velocity, step, axis=0)))
+    else:
+        moved = slow(problem.model.force(record, s)) - slow(GRAVITY * rotations[:, 2])
     rates = slow(record.log.rates)
     return State(
         velocity=slow(record.velocity - wind)[rows],
         ground=slow(record.log.velocity)[rows],
         thrust=thrust[rows],
         slope=np.gradient(thrust, step)[rows],
-        acceleration=force[rows],
-        jerk=np.gradient(force, step, axis=0)[rows],
+        acceleration=moved[rows],
+        jerk=np.gradient(moved, step, axis=0)[rows],
         rates=rates[rows],
         spins=np.gradient(rates, step, axis=0)[rows],
         rotations=rotations[rows],
@@ -158,6 +167,11 @@ def _place(state: State) -> Floats:
     return np.concatenate([world[:, :, [axis]] * bumps[:, None, :] for axis in range(3)], axis=2)
 
 
+def _spread(columns: Floats) -> float:
+    """Of a vector (n, 3) about its mean."""
+    return float(np.sqrt(columns.var(axis=0).sum()))
+
+
 def _constant(state: State) -> Floats:
     return _on(np.ones((len(state.time), 1)), 0, 1, 2)
 
@@ -166,15 +180,47 @@ def _bearing(state: State) -> Floats:
     return np.asarray(np.degrees(np.arctan2(state.ground[:, 1], state.ground[:, 0])))
 
 
+_MOST_DRAG, _MOST_LEVER, _MOST_FIELD = 2.0, 3.0, 1.0
+"""[1/s], [m/s], [1/s²] of force over mass for each m/s of speed, rad/s of turning and m of place: some times what any
+vehicle has (drag 0.1 to 0.6; a clock 0.1 s late, 1)."""
+
 AXES = (
     Axis("axis", "", 0.0, lambda s: np.zeros(len(s.time)), _constant),
-    Axis("speed", "m/s", 0.02, lambda s: np.linalg.norm(s.velocity, axis=1), _speed),
-    Axis("thrust", "of the weight", 0.02, lambda s: s.thrust, _thrust),
+    Axis(
+        "speed",
+        "m/s",
+        0.02,
+        lambda s: np.linalg.norm(s.velocity, axis=1),
+        _speed,
+        lambda s: _MOST_DRAG * _spread(s.ground),
+    ),
+    Axis("thrust", "of the weight", 0.02, lambda s: s.thrust, _thrust, lambda s: GRAVITY * float(s.thrust.std())),
     Axis("altitude", "m", 0.02, lambda s: s.place[:, 2] if s.place is not None else s.time, _altitude),
-    Axis("acceleration", "m/s²", 0.05, lambda s: np.linalg.norm(s.acceleration, axis=1), _acceleration),
-    Axis("angular_rate", "rad/s", 0.08, lambda s: np.linalg.norm(s.rates, axis=1), _rates),
-    Axis("airspeed_direction", "deg", 0.05, _bearing, _direction),
-    Axis("place", "m", 0.15, lambda s: s.place[:, 0] if s.place is not None else s.time, _place),
+    Axis(
+        "acceleration",
+        "m/s²",
+        0.05,
+        lambda s: np.linalg.norm(s.acceleration, axis=1),
+        _acceleration,
+        lambda s: _spread(s.acceleration),
+    ),
+    Axis(
+        "angular_rate",
+        "rad/s",
+        0.08,
+        lambda s: np.linalg.norm(s.rates, axis=1),
+        _rates,
+        lambda s: _MOST_LEVER * _spread(s.rates),
+    ),
+    Axis("airspeed_direction", "deg", 0.05, _bearing, _direction, lambda s: _MOST_DRAG * _spread(s.ground)),
+    Axis(
+        "place",
+        "m",
+        0.15,
+        lambda s: s.place[:, 0] if s.place is not None else s.time,
+        _place,
+        lambda s: _MOST_FIELD * _spread(s.place) if s.place is not None else 0.0,
+    ),
 )
 """All but time, which is learned by interpolation (series.py)."""
 

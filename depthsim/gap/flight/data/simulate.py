@@ -18,6 +18,8 @@ from depthsim.gap.flight.data.records import ACCELEROMETER, Record
 
 Law = tuple[int, tuple[float, float, float]]
 """A drag law as the kernel has it."""
+Course = tuple[tuple[Floats, Floats], ...]
+"""Of each log stamps (k,) [s] and values there (k, D), straight lines between."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class Settings:
     laws: the forces of the air, by the slot they stand in: ``rotor``, ``body``, ``box``, ``vertical`` or ``face``.
     inflow [s/m]: of the thrust, less for each m/s of climb.
     wind: (3,) [m/s]; with ``shear``, a height [m] and an exponent, it is the wind there, by the power law.
+    course: what the wind has more along x and y as time goes by [m/s].
     scales: (K,) thrust of each rotor over what the log says; offset [N] and fade [1/s] come before, as in
     ``measurement``. lag [s] of the thrust behind the log, in ``lag_order`` equal steps. ground: None without one.
     bias: (F, B, 3) of the accelerometer in each log [m/s²], B values evenly over the log's time, straight between.
@@ -41,6 +44,7 @@ class Settings:
     laws: Mapping[str, Law] = field(default_factory=dict)
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
     shear: tuple[float, float] | None = None
+    course: Course = ()
     inflow: float = 0.0
     offset: float = 0.0
     fade: float = 0.0
@@ -59,10 +63,14 @@ class Settings:
     def wind_along(self, record: Record) -> Floats:
         """(N_all, 3) or (3,) the wind that a record flies through, in the world [m/s]."""
         wind = np.array(self.wind)
-        if self.shear is None or record.log.position is None:
+        if self.shear is not None and record.log.position is not None:
+            height, exponent = self.shear
+            wind = np.asarray((np.maximum(record.log.position[:, 2:], 0) / height) ** exponent * wind)
+        if not self.course:
             return wind
-        height, exponent = self.shear
-        return np.asarray((np.maximum(record.log.position[:, 2:], 0) / height) ** exponent * wind)
+        time, knots = self.course[record.file]
+        more = [np.interp(record.log.t, time, column) for column in knots.T]
+        return wind + np.column_stack([*more, np.zeros(len(record.log.t))])
 
     def biases(self, file: int) -> Floats:
         """(B, 3) of a log."""
@@ -84,7 +92,7 @@ class Model:
         thrusts = self.thrusts(record, s)
         out = np.zeros((len(record.velocity), 3))
         air = record.velocity
-        if any(s.wind) and (s.laws or s.inflow):
+        if (any(s.wind) or s.course) and (s.laws or s.inflow):
             wind = np.broadcast_to(s.wind_along(record), air.shape)
             air = air - np.einsum("nji,nj->ni", record.rotations, wind)
         for code, parameters in s.laws.values():

@@ -58,7 +58,8 @@ class RotorDrag(FlightEffect):
 
         high = _STRONGEST * base.mass
         apart = tuple(
-            Parameter(f"D_{name}", _DRAG, start, d, 0.0, high) for name, start in zip("xy", along, strict=True)
+            Parameter(f"D_{name}", _DRAG, start, d, 0.0, high, spare=True)
+            for name, start in zip("xy", along, strict=True)
         )
         return [
             Candidate(cls.id, "rotor_sqrt", (Parameter("c_d1", "√N s/m", rotor, c, 0.0, high / strength),), sqrt),
@@ -91,7 +92,8 @@ class BodyDragQuadratic(FlightEffect):
                 return s.with_law("body", (code, (c[0], c[1], c[2])))
 
             parameters = tuple(
-                Parameter(each, "m²", start, 0.01, 0.0, high) for each, start in zip(names, starts, strict=True)
+                Parameter(each, "m²", start, 0.01, 0.0, high, spare=True)
+                for each, start in zip(names, starts, strict=True)
             )
             return Candidate(cls.id, name, parameters, apply)
 
@@ -102,7 +104,7 @@ class BodyDragQuadratic(FlightEffect):
             )
 
         level = 0.5 * (a[0] + a[1])
-        both = [Parameter(name, "m²", 0.0, 0.01, 0.0, high) for name in ("A_xy", "A_z", "box_xy", "box_z")]
+        both = [Parameter(name, "m²", 0.0, 0.01, 0.0, high, spare=True) for name in ("A_xy", "A_z", "box_xy", "box_z")]
         first = 0 if code == BODY_QUADRATIC else 2
         both[first], both[first + 1] = replace(both[first], start=level), replace(both[first + 1], start=a[2])
         return [
@@ -131,8 +133,8 @@ class VerticalDamping(FlightEffect):
         """Linear, with the thrust (a rotor's inflow), with the square, and mixed."""
         code, now = base.laws.get("vertical", (LINEAR, (0.0, 0.0, 0.0)))
         starts = (now[2], 0.0) if code == LINEAR else (0.0, now[2] / _HALF_RHO)
-        linear = Parameter("D_z", _DRAG, starts[0], 0.05, 0.0, 2 * _STRONGEST * base.mass)
-        square = Parameter("A_z", "m²", starts[1], 0.01, 0.0, 2 * _BLUNTEST * base.mass)
+        linear = Parameter("D_z", _DRAG, starts[0], 0.05, 0.0, 2 * _STRONGEST * base.mass, spare=True)
+        square = Parameter("A_z", "m²", starts[1], 0.01, 0.0, 2 * _BLUNTEST * base.mass, spare=True)
 
         def first(s: Settings, v: Values) -> Settings:
             return s.with_law("vertical", (LINEAR, (0.0, 0.0, v[0])))

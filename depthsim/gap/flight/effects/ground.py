@@ -42,9 +42,9 @@ class NearGround(FlightEffect):
         def exponential(s: Settings, v: Values) -> Settings:
             return replace(s, ground=GroundEffect(law="exponential", strength=v[0], height=max(v[1], 1e-3)))
 
-        strength = Parameter("strength", "", 1.0, 0.3, 0.0, 20.0)
+        strength = Parameter("strength", "", 1.0, 0.3, 0.0, 20.0, neutral=0.0)
         height = Parameter("height", "m", 2 * radius, 0.1 * radius, 0.25 * radius, 0.75 * _REACH * radius)
-        decay = (Parameter("strength", "", 0.1, 0.02, 0.0, 3.0), height)
+        decay = (Parameter("strength", "", 0.1, 0.02, 0.0, 3.0, neutral=0.0), height)
         return [
             Candidate(cls.id, "cheeseman_bennett", (strength,), bennett, linear=False),
             Candidate(cls.id, "exponential", decay, exponential, linear=False),

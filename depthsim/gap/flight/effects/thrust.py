@@ -27,8 +27,9 @@ class ThrustScale(FlightEffect):
     def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """In proportion, by newtons, by both, or fading as the battery empties."""
         rotor = float(np.mean([part.thrusts[part.rows].mean() for part in records.parts]))
-        offset = Parameter("offset", "N", base.offset, 0.01 * rotor, -0.7 * rotor, 0.7 * rotor)
-        scale, loss = Parameter("scale", "", 1.0, 0.01, 0.3, 3.0), Parameter("loss", "1/s", 0.0, 1e-3, -0.01, 0.01)
+        offset = Parameter("offset", "N", base.offset, 0.01 * rotor, -0.7 * rotor, 0.7 * rotor, spare=True)
+        scale = Parameter("scale", "", 1.0, 0.01, 0.3, 3.0, spare=True)
+        loss = Parameter("loss", "1/s", 0.0, 1e-3, -0.01, 0.01, spare=True)
 
         def fading(s: Settings, v: Values) -> Settings:
             return replace(_scale(s, v), fade=s.fade + v[1] / v[0])
@@ -36,7 +37,13 @@ class ThrustScale(FlightEffect):
         return [
             Candidate(cls.id, "scale", (scale,), _scale),
             Candidate(cls.id, "offset", (offset,), lambda s, v: replace(s, offset=v[0])),
-            Candidate(cls.id, "scale and offset", (scale, offset), lambda s, v: replace(_scale(s, v), offset=v[1])),
+            Candidate(
+                cls.id,
+                "scale and offset",
+                (scale, offset),
+                lambda s, v: replace(_scale(s, v), offset=v[1]),
+                linear=False,
+            ),
             Candidate(cls.id, "fading", (scale, loss), fading),
         ]
 
@@ -74,9 +81,9 @@ class ThrustLag(FlightEffect):
     @classmethod
     def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """As of first order, as a dead time, and both."""
-        lag = Parameter("time_constant", "s", 0.03, 0.003, 1e-3, 0.5)
-        late = Parameter("dead_time", "s", 0.03, 0.003, 1e-3, 0.3)
-        dead = Parameter("dead_share", "", 0.3, 0.1, 0.0, 1.0, shape=True)
+        lag = Parameter("time_constant", "s", 0.03, 0.003, 1e-3, 0.5, neutral=1e-3)
+        late = Parameter("dead_time", "s", 0.03, 0.003, 1e-3, 0.3, neutral=1e-3)
+        dead = Parameter("dead_share", "", 0.3, 0.1, 0.0, 1.0, shape=True, neutral=0.0, spare=True)
         return [
             Candidate(cls.id, "first order", (lag,), _lag, linear=False),
             Candidate(cls.id, "dead time", (late,), _dead, linear=False),

@@ -20,14 +20,14 @@ class ConstantWind(FlightEffect):
     title = "a constant wind"
     axes = ("airspeed_direction", "axis", "place", "speed")
     family = "wind"
+    most_left = 0.15  # hardly any wind is steady: what swings about its mean is left, and is no other effect's
     recording = "Fly again in still air, or give the wind that was measured."
     rank = 30
 
     @classmethod
     def candidates(cls, records: Records, base: Settings, radius: float) -> list[Candidate]:
         """A level wind, the same everywhere or by the power law of the height; x and y are it at the median height."""
-        level = tuple(Parameter(name, "m/s", 0.0, 0.2, -_STORM, _STORM) for name in "xy")
-        found = [Candidate(cls.id, "level", level, _wind)]
+        found, level = [cls.level()], cls.level().parameters
         places = [part.log.position[part.rows, 2] for part in records.parts if part.log.position is not None]
         if len(places) < len(records.parts) or base.shear is not None:
             return found
@@ -36,8 +36,14 @@ class ConstantWind(FlightEffect):
         def sheared(s: Settings, v: Values) -> Settings:
             return replace(_wind(s, v), shear=(middle, v[2]))
 
-        exponent = Parameter("exponent", "", 1 / 7, 0.05, 0.0, 1.0, shape=True)
+        exponent = Parameter("exponent", "", 1 / 7, 0.05, 0.0, 1.0, shape=True, neutral=0.0, spare=True)
         return [*found, Candidate(cls.id, "growing with height", (*level, exponent), sheared, linear=False)]
+
+    @classmethod
+    def level(cls) -> Candidate:
+        """The same everywhere."""
+        level = tuple(Parameter(name, "m/s", 0.0, 0.2, -_STORM, _STORM) for name in "xy")
+        return Candidate(cls.id, "level", level, _wind)
 
 
 class GustingWind(FlightEffect):

@@ -11,6 +11,7 @@ from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.effect import Candidate
 from depthsim.gap.flight.effects.wind import GustingWind
 from depthsim.gap.flight.fit.advice import advice
+from depthsim.gap.flight.fit.intervals import intervals
 from depthsim.gap.flight.fit.optimize import Fit, refitted
 from depthsim.gap.flight.fit.select import Selection, without
 from depthsim.gap.resampling import block_weights, percentile95
@@ -20,10 +21,10 @@ def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -
     """The causes, the one that closes most first, and the gap before and after each [m/s²]."""
     fit = selection.fit
     ladder = _ladder(selection)
-    weights = block_weights(len(problem.counts), seed=seed)
+    weights = block_weights(int(problem.reporting.sum()), seed=seed)
     rms = [_rms(problem, squares) for _, squares in ladder]
     draws = [_rms(problem, squares, weights) for _, squares in ladder]
-    found = []
+    found, spans = [], intervals(fit, seed)
     for step, (index, _) in enumerate(ladder[1:], start=1):
         closed = float(_portion(rms, step, floor))
         interval = _pair(percentile95(_portion(draws, step, floor)))
@@ -32,10 +33,9 @@ def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -
             continue
         candidate, values = fit.candidates[index], fit.values[index]
         alternatives = tuple(selection.alternatives[index]) if selection.alternatives else ()
-        errors = fit.errors[index]
+        ends = spans[index]
         parameters = {"formula": candidate.name, **_named(candidate, values, problem)}
-        low = _named(candidate, [value - 2.0 * error for value, error in zip(values, errors, strict=True)], problem)
-        high = _named(candidate, [value + 2.0 * error for value, error in zip(values, errors, strict=True)], problem)
+        low, high = (_named(candidate, one.tolist(), problem) for one in ends)
         found.append(
             Cause(
                 effect=candidate.effect,
@@ -56,7 +56,7 @@ def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -
 
 
 def _ladder(selection: Selection) -> list[tuple[int | None, Floats]]:
-    """Squared residuals (B,) of the first channel with one cause more each time, the strongest first."""
+    """Squared residuals (B,) of the blocks reported on, with one cause more each time, the strongest first."""
     fit = selection.fit
     count = len(fit.candidates)
     without_each = [_first(without(fit, index)).sum() for index in range(count)] if count > 1 else [0.0] * count
@@ -81,11 +81,11 @@ def _ladder(selection: Selection) -> list[tuple[int | None, Floats]]:
 
 
 def _first(fit: Fit) -> Floats:
-    return np.asarray(fit.squares[:, 0].sum(axis=-1))
+    return np.asarray(fit.squares[fit.problem.reporting, 0].sum(axis=-1))
 
 
 def _rms(problem: Problem, squares: Floats, weights: Floats | None = None) -> Any:
-    counts = problem.counts * len(problem.records.axes)
+    counts = problem.counts[problem.reporting] * len(problem.records.axes)
     if weights is None:
         return float(np.sqrt(squares.sum() / counts.sum()))
     return np.sqrt((weights @ squares) / (weights @ counts))
@@ -93,7 +93,7 @@ def _rms(problem: Problem, squares: Floats, weights: Floats | None = None) -> An
 
 def closed_interval(problem: Problem, selection: Selection, floor: float, seed: int) -> tuple[float, float]:
     """The 95 % interval of what all causes together close, over blocks of time."""
-    weights = block_weights(len(problem.counts), seed=seed)
+    weights = block_weights(int(problem.reporting.sum()), seed=seed)
     before, after = _rms(problem, _first(selection.start), weights), _rms(problem, _first(selection.fit), weights)
     return _pair(percentile95(np.clip((before - after) / np.maximum(before - floor, 1e-9), -1.0, 1.0)))
 

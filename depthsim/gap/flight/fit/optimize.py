@@ -80,12 +80,27 @@ class Fit:
     def steps(self) -> Floats:
         """(folds, P) how the parameters change when a fold is left out."""
         matrix, vector, prior, pull = self.normal
-        folds = self.problem.folds
-        out = np.zeros((folds.max() + 1, len(prior)))
+        out = np.zeros((self.problem.folds.max() + 1, len(prior)))
+        low, high = self.room
         for fold in range(len(out)):
-            kept = folds != fold
-            out[fold] = _solve(matrix[kept].sum(axis=0) + np.diag(prior), vector[kept].sum(axis=0) + pull)
+            shared, own = self.problem.training(fold)
+            total, right = matrix[shared].sum(axis=0), vector[shared].sum(axis=0)
+            said = np.diagonal(total) > 0
+            # What is the log's own comes second, beside what all logs share.
+            for kept, blocks in ((said, shared), (~said, own)):
+                if not kept.any():
+                    continue
+                if blocks is not shared:
+                    total, right = matrix[blocks].sum(axis=0), vector[blocks].sum(axis=0)
+                beside = right[kept] - total[np.ix_(kept, ~kept)] @ out[fold, ~kept] + pull[kept]
+                inner = total[np.ix_(kept, kept)] + np.diag(prior[kept])
+                out[fold, kept] = _solve(inner, beside, (low[kept], high[kept]))
         return out
+
+    @property
+    def room(self) -> tuple[Floats, Floats]:
+        """(P,) how far each parameter may go down and up; tilts anywhere."""
+        return _room(self.candidates, self.values, len(self.tilts))
 
     @cached_property
     def squares(self) -> Floats:
@@ -103,33 +118,32 @@ class Fit:
 
     @cached_property
     def loss(self) -> Floats:
-        """(B,) weighed, with the tilts' improbability shared out over the blocks."""
-        loss = np.einsum("bca,ca->b", self.squares, self.problem.weights)
+        """(B,) weighed, of the blocks for selecting, with the tilts' improbability shared out over them."""
+        loss = np.einsum("bca,ca->b", self.squares, self.problem.weights)[self.problem.selecting]
         return np.asarray(loss + (self.tilts**2).sum() / _TILT**2 / len(loss))
 
-    @cached_property
-    def errors(self) -> list[Floats]:
-        """Standard errors of each formula's values, from the scatter between blocks."""
-        matrix, vector, prior, _ = self.normal
-        total = matrix.sum(axis=0) + np.diag(prior)
-        inverse = np.linalg.pinv(total, rcond=1e-12, hermitian=True)
-        scatter = np.cov(vector.T, bias=True) * len(vector) if vector.shape[1] else np.zeros((0, 0))
-        free = max(len(vector) - vector.shape[1], 1)
-        covariance = inverse @ np.atleast_2d(scatter) @ inverse * len(vector) / free
-        errors = np.sqrt(np.maximum(np.diagonal(covariance), 0))
-        found, at = [], len(self.tilts)
-        for numbers in self.values:
-            found.append(errors[at : at + len(numbers)])
-            at += len(numbers)
-        return found
+    def draws(self, weights: Floats) -> Floats:
+        """(D, P) how the parameters change when blocks are drawn anew, within their bounds. weights: (D, B).
 
-    def rms(self, squares: Floats | None = None, weights: Floats | None = None) -> float:
-        """The gap: RMS of the first channel over all axes [m/s²], held out. weights: (B,) of the blocks."""
-        first = (self.squares if squares is None else squares)[:, 0].sum(axis=-1)
-        counts = self.problem.counts * self.residual.shape[2]
-        if weights is None:
-            return float(np.sqrt(first.sum() / counts.sum()))
-        return float(np.sqrt((weights @ first) / (weights @ counts)))
+        Of few blocks the draws scatter too little: they are as wide as Student's t for as many has it.
+        """
+        from scipy.special import stdtrit
+
+        matrix, vector, prior, pull = self.normal
+        free = max(len(vector) - vector.shape[1], 2)
+        wider = float(stdtrit(free, 0.975)) / 1.96 * np.sqrt(len(vector) / free)
+        left = vector.sum(axis=0) + pull
+        room = self.room
+        found = [
+            _solve(np.tensordot(one, matrix, 1) + np.diag(prior), wider * (one @ vector + pull - left) + left, room)
+            for one in weights
+        ]
+        return np.stack(found)
+
+    def parts(self, columns: Floats) -> list[Floats]:
+        """The columns (..., P) of each candidate."""
+        ends = len(self.tilts) + np.cumsum([0, *(len(numbers) for numbers in self.values)])
+        return [columns[..., low:high] for low, high in pairwise(ends.tolist())]
 
 
 def empty_fit(problem: Problem) -> Fit:
@@ -165,7 +179,7 @@ def _iterate(
         residual = problem.measured - predicted - problem.tilts @ tilts
         loss = _whole_loss(problem, residual, tilts)
         if best is not None and not loss <= least:
-            if linear or np.abs(step).max() == 0:
+            if loss - least < _CONVERGED * least or np.abs(step).max() == 0:
                 break
             step = _SHORTER * step
             values, tilts = _moved(candidates, best.values, step[len(tilts) :]), best.tilts + step[: len(tilts)]
@@ -179,7 +193,7 @@ def _iterate(
         if not columns.shape[-1] or (linear and turns == 2) or turns == _ROUNDS or (converged and not linear):
             break
         matrix, vector, prior, pull = best.normal
-        step = _solve(matrix.sum(axis=0) + np.diag(prior), vector.sum(axis=0) + pull)
+        step = _solve(matrix.sum(axis=0) + np.diag(prior), vector.sum(axis=0) + pull, best.room)
         values, tilts = _moved(candidates, values, step[len(tilts) :]), tilts + step[: len(tilts)]
     assert best is not None
     return best
@@ -215,8 +229,26 @@ def _moved(candidates: tuple[Candidate, ...], values: Values, step: Floats) -> V
     return tuple(found)
 
 
-def _solve(matrix: Floats, vector: Floats) -> Floats:
-    """Least squares; what the data do not determine stays as it is."""
+def _room(candidates: Sequence[Candidate], values: Values, tilts: int) -> tuple[Floats, Floats]:
+    bounds = [(one.low, one.high) for candidate in candidates for one in candidate.parameters]
+    low, high = np.array(bounds).reshape(-1, 2).T
+    now = np.array([value for numbers in values for value in numbers])
+    free = np.full(tilts, np.inf)
+    return np.concatenate([-free, np.minimum(low - now, 0)]), np.concatenate([free, np.maximum(high - now, 0)])
+
+
+def _solve(matrix: Floats, vector: Floats, room: tuple[Floats, Floats]) -> Floats:
+    """Least squares within bounds (P,) each; what the data do not determine stays as it is."""
     scale = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
-    inverse = np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-9, hermitian=True)
-    return np.asarray(inverse @ (vector / scale) / scale)
+    powers, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    known = powers > 1e-9 * max(powers.max(initial=0.0), 1e-300)
+    root, turned = np.sqrt(powers[known]), vectors[:, known]
+    target = (turned.T @ (vector / scale)) / root
+    step = turned @ (target / root)
+    low, high = (np.asarray(end * scale) for end in room)
+    if (step < low).any() or (step > high).any():
+        from scipy.optimize import lsq_linear
+
+        gap = 1e-9 * (1 + np.abs(step))  # lsq_linear wants some room everywhere
+        step = lsq_linear(root[:, None] * turned.T, target, (low - gap, high + gap), method="bvls").x
+    return np.asarray(np.clip(step / scale, *room))

@@ -1,28 +1,26 @@
 """Which effects the logs speak for: forward selection, exchange, and the effects that would do as well.
 
 An effect is taken in when it makes the held-out residuals smaller than chance does. Then each one that was taken is put
-to the test again: is it needed beside the others, would another do better in its place, and which do as well? Gusts are
-no candidate; they stand where a changing wind says more than any candidate and more than anything learned that lasts.
+to the test again: is it needed beside the others, would another do better in its place, and which do as well? A wind
+with a course in time is no candidate, as it cannot be predicted from one stretch for another; see wind.py.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import dataclass
 
 from depthsim.flight.table import Floats
 from depthsim.gap.config import FlightConfig
-from depthsim.gap.flight.data.axes import axes_of, state_of
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.effect import Candidate, family_of
 from depthsim.gap.flight.effects.rotors import EACH, UNEVEN, RotorThrustDifference, logged_shares
+from depthsim.gap.flight.effects.wind import ConstantWind
+from depthsim.gap.flight.fit.intervals import intervals
 from depthsim.gap.flight.fit.optimize import Fit, empty_fit, extended, refitted
-from depthsim.gap.flight.fit.series import Series, wind_series
-from depthsim.gap.flight.where.correction import learn, learn_time
+from depthsim.gap.flight.fit.series import Series
+from depthsim.gap.flight.fit.wind import Windy, is_wind, with_wind
+from depthsim.gap.flight.where.correction import learn_time
 from depthsim.gap.resampling import paired
 
-_MOTION = ("acceleration", "angular_rate", "thrust")
-"""Axes on which the vehicle's answer to a gust shows."""
 _LIKE_WIND = ("wind", "sensor")
 """Families whose effects may have been misattributed: it was the mean of the gusts."""
 
@@ -46,47 +44,71 @@ class Selection:
 def select(
     problem: Problem, bank: Sequence[Candidate], gusts: bool = True, say: Progress = lambda _: None
 ) -> Selection:
-    """The effects of the bank that the logs speak for, and gusts if they are asked for.
-
-    A wind that changes can look like anything for a while. So gusts are tried where candidates alone leave something
-    that comes and goes, and taken where the two together leave clearly less.
-    """
-    start, config = empty_fit(problem), problem.config
-    fit, series = _search(start, bank, False, say)
-    if gusts and significant(learn_time(problem, fit.held_out[:, 0], problem.sigma[0])[0].gains, config):
-        other, found = _search(start, bank, True, say)
-        gain = float(fit.loss.sum() - other.loss.sum())
-        closed = float(start.loss.sum() - other.loss.sum())
-        if found is not None and gain > max(config.significance.least_gain, config.select.gusts_share * closed):
-            fit, series = other, found
-            bank = _windless(bank)
+    """The effects of the bank that the logs speak for, and a wind with a course in time if it is asked for."""
+    start = empty_fit(problem)
+    fit = _grown(start, bank, start, say)
+    windy = _windy(fit, bank, start, say) if gusts else None
+    if windy is not None:
+        fit, bank = windy.fit, _windless(bank)
     say("alternatives")
     fit, alternatives = _exchanged(fit, bank, start)
-    return Selection(start, fit, series, alternatives)
+    fit = _plainer(fit)
+    return Selection(start, fit, windy.series if windy else None, alternatives)
 
 
-def _search(start: Fit, bank: Sequence[Candidate], gusts: bool, say: Progress) -> tuple[Fit, Series | None]:
-    """Forward selection, with gusts as soon as they say more than any candidate if they are asked for."""
-    fit, problem = start, start.problem
-    series: Series | None = None
-    while len(fit.candidates) < problem.config.select.most_causes:
+def _grown(fit: Fit, bank: Sequence[Candidate], start: Fit, say: Progress) -> Fit:
+    """Forward selection on top of a fit."""
+    config = fit.problem.config
+    while len(fit.candidates) < config.select.most_causes:
         say(f"effect {len(fit.candidates) + 1}")
         best = _best(_trials(fit, bank))
-        if gusts and series is None:
-            found = _gusts(fit, best)
-            if found is not None:
-                series, calm_fit = found
-                bank = _windless(bank)
-                calm = replace(problem, measured=problem.measured - series.predicted)
-                fit = refitted(calm, calm_fit.candidates, calm_fit.values)
-                continue
         if best is None or not _worth(fit, best, start):
             break
         more = _pruned(refitted(fit.problem, best.candidates, best.values), start)
-        if fit.loss.sum() - more.loss.sum() < problem.config.significance.least_gain:
+        if fit.loss.sum() - more.loss.sum() < config.significance.least_gain:
             break
         fit = more
-    return fit, series
+    return fit
+
+
+def _windy(fit: Fit, bank: Sequence[Candidate], start: Fit, say: Progress) -> Windy | None:
+    """The fit with a wind that changes in place of the constant one, where the logs speak for that.
+
+    What a constant error of a sensor or other effects have taken up of it may be its own: it is tried beside the
+    effects that were found, but for winds and sensors, and beside none, and all others must be found again.
+    """
+    problem, config = start.problem, start.problem.config
+    left = learn_time(problem, fit.held_out[:, 0], problem.sigma[0])[0].gains
+    if not significant(left[problem.selecting], config) and not any(
+        family_of(effect) in _LIKE_WIND for effect in fit.effects
+    ):
+        return None
+    say("wind in time")
+    pairs = list(zip(fit.candidates, fit.values, strict=True))
+    kept = [pair for pair in pairs if family_of(pair[0].effect) not in _LIKE_WIND]
+    level = ConstantWind.level()
+    best: Windy | None = None
+    for seed in [[], kept] if kept else [[]]:
+        candidates, values = [one for one, _ in seed], tuple(value for _, value in seed)
+        steady = refitted(problem, [*candidates, level], (*values, tuple(level.starts)))
+        windy = with_wind(problem, candidates, values, problem.steady_course(steady.values[-1]))
+        if windy is None:
+            continue
+        gains = steady.loss - windy.fit.loss
+        if not significant(gains, config) or not is_wind(steady, windy):
+            continue
+        more = _grown(windy.fit, _windless(bank), start, say)
+        if more.candidates != windy.fit.candidates:
+            again = with_wind(problem, more.candidates, more.values, windy.series.course)
+            windy = again if again is not None else windy
+        if best is None or float((best.fit.loss - windy.fit.loss).sum()) > config.significance.least_gain:
+            best = windy
+    if best is None:
+        return None
+    gain, closed = float((fit.loss - best.fit.loss).sum()), float((start.loss - best.fit.loss).sum())
+    replaced = any(family_of(effect) in _LIKE_WIND for effect in fit.effects if effect not in best.fit.effects)
+    least = 0.0 if replaced else config.select.gusts_share
+    return best if significant(fit.loss - best.fit.loss, config) and gain > least * closed else None
 
 
 def _windless(bank: Sequence[Candidate]) -> list[Candidate]:
@@ -97,62 +119,13 @@ def _windless(bank: Sequence[Candidate]) -> list[Candidate]:
 def significant(gains: Floats, config: FlightConfig) -> bool:
     """Whether gains of the held-out loss by block (B,) are more than chance.
 
-    Either most blocks have their part in it, or it is large even without the two blocks that gain most: an effect such
-    as the ground's is there for moments only.
+    Either most blocks have their part in it, or it is large even without the block that gains most: an effect such as
+    the ground's is there for moments only.
     """
     least, total = config.significance.least_gain, float(gains.sum())
-    most = float(np.sort(gains)[-2:].sum())
+    most = float(gains.max(initial=0.0))
     sure = paired(gains, 0 * gains).t > config.significance.least_t
     return total > least and (sure or total - most > 3 * least)
-
-
-def _gusts(fit: Fit, best: Fit | None) -> tuple[Series, Fit] | None:
-    """A wind that changes, if that is what the residual of a fit is, and the fit that it stands beside.
-
-    A sensor's constant error may have been the mean of the wind: it is left out where that does as
-    well, and must be found again.
-    """
-    problem, limit = fit.problem, fit.problem.config.select
-    with_all = wind_series(problem, fit.residual, fit.settings)
-    if with_all is None or not significant(with_all.gains, problem.config) or not _seen_by_velocities(fit, with_all):
-        return None
-    left = float(with_all.gains.sum())
-    if best is not None and float((fit.loss - best.loss).sum()) > limit.candidate * left:
-        return None
-    residual = fit.residual[:, 0]
-    free, _ = learn_time(problem, residual, problem.sigma[0])
-    if not significant(free.gains, problem.config):
-        return None
-    state = state_of(problem, fit.settings)
-    lasting = max(
-        learn(problem, residual, axis, state, problem.sigma[0]).gains.sum()
-        / (limit.lasting_motion if axis.name in _MOTION else limit.lasting)
-        for axis in axes_of(state, problem.config)
-    )
-    calm = residual - with_all.predicted[:, 0]
-    closed = float((((residual**2) - calm**2) * problem.weights[0]).sum())
-    if lasting > free.gains.sum() or closed < limit.like_wind * float(free.gains.sum()):
-        return None
-    kept = [
-        pair for pair in zip(fit.candidates, fit.values, strict=True) if family_of(pair[0].effect) not in _LIKE_WIND
-    ]
-    if len(kept) < len(fit.candidates):
-        without_them = refitted(problem, [candidate for candidate, _ in kept], tuple(values for _, values in kept))
-        series = wind_series(problem, without_them.residual, without_them.settings)
-        most = fit.loss.sum() - left + problem.config.significance.least_gain
-        if series is not None and without_them.loss.sum() - series.gains.sum() < most:
-            return series, without_them
-    return with_all, fit
-
-
-def _seen_by_velocities(fit: Fit, series: Series) -> bool:
-    """Whether velocities, where there are two channels, show a wind's force too; a sensor's error they do not."""
-    if fit.residual.shape[1] < 2:
-        return True
-    force, residual, weights = series.predicted[:, 1], fit.residual[:, 1], fit.problem.weights[1]
-    shown = float((force**2 * weights).sum())
-    gain = float(((residual**2 - (residual - force) ** 2) * weights).sum())
-    return gain > 0 or shown < fit.problem.config.select.velocities_show
 
 
 def _trials(fit: Fit, bank: Sequence[Candidate]) -> list[Fit]:
@@ -177,8 +150,9 @@ def _clearly(worse: Fit, better: Fit) -> bool:
 
 
 def _worth(before: Fit, after: Fit, start: Fit) -> bool:
-    squares = [fit.squares[:, 0].sum() for fit in (start, before, after)]
-    noise = len(start.residual) * float((start.problem.sigma[0] ** 2).sum())
+    problem = start.problem
+    squares = [fit.squares[problem.selecting, 0].sum() for fit in (start, before, after)]
+    noise = float(problem.counts[problem.selecting].sum()) * float((start.problem.sigma[0] ** 2).sum())
     power = max(float(squares[0]) - noise, 0.0)
     config = start.problem.config
     large = bool(squares[1] - squares[2] > config.select.least_share * power)
@@ -234,6 +208,28 @@ def _exchanged(fit: Fit, bank: Sequence[Candidate], start: Fit) -> tuple[Fit, tu
     return fit, tuple(found)
 
 
+def _plainer(fit: Fit) -> Fit:
+    """Without the parameters that the logs do not speak for: they stay where they change nothing."""
+    for index in range(len(fit.candidates)):
+        place = 0
+        while place < len(fit.candidates[index].parameters) and len(fit.candidates[index].parameters) > 1:
+            candidate = fit.candidates[index]
+            one = candidate.parameters[place]
+            low, high = intervals(fit)[index][:, place]
+            if one.spare and low <= one.nothing <= high:
+                values = (*fit.values[index][:place], *fit.values[index][place + 1 :])
+                fewer = refitted(
+                    fit.problem,
+                    (*fit.candidates[:index], candidate.holding(place), *fit.candidates[index + 1 :]),
+                    (*fit.values[:index], values, *fit.values[index + 1 :]),
+                )
+                if fewer.loss.sum() - fit.loss.sum() < fit.problem.config.select.tie_gain:
+                    fit = fewer
+                    continue
+            place += 1
+    return fit
+
+
 def _explains_commands(fit: Fit, index: int = -1) -> bool:
     """Whether rotors as uneven as the log's thrusts speak of also explain the force; a common scale does not.
 
@@ -259,7 +255,7 @@ def _alike(other: Fit, selected: Fit, others: Fit) -> bool:
     difference = paired(other.loss, selected.loss)
     gain = difference.mean * len(other.loss)
     whole = float(others.loss.sum() - selected.loss.sum())
-    expected = problem.worth * problem.measured.size
+    expected = problem.worth * float(problem.counts[problem.selecting].sum()) * problem.sigma.size
     left = max(float(selected.loss.sum()) - expected, limit.noise_uncertainty * expected)
     if gain < max(limit.tie_gain, min(limit.tie_share * whole, left)):
         return True

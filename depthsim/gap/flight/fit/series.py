@@ -4,21 +4,28 @@ Gusts cannot be predicted from one stretch of time for another, but they last: w
 piece says what was in it. So pieces are left out in turn and filled in from their neighbours.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.flight.drag import LINEAR, ROTOR_SQRT
 from depthsim.flight.table import Floats
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.data.records import Record
-from depthsim.gap.flight.data.simulate import Settings
+from depthsim.gap.flight.data.simulate import Course, Settings
 
 _KNOTS = 0.4
 """[s] between knots."""
 _PIECE = 0.5
 """[s] that are left out at once."""
 _TURNS = 4
+_ROUNDS = 3
+"""Times that a wind is sought by a drag that is not linear."""
+_SAME = 0.1
+"""[m/s]"""
+_NO_DRAG = 1e-4
+"""[1/s] drag over mass and speed: less carries no wind."""
 _STIFF = (0.03, 0.3, 3.0, 30.0)
 """How strongly neighbours are held together, over the mean information of a knot."""
 
@@ -26,12 +33,21 @@ _STIFF = (0.03, 0.3, 3.0, 30.0)
 @dataclass(frozen=True)
 class Series:
     """A series in time. predicted: (n, C, A) force, each piece from its neighbours. knots: (k, D) values at all knots
-    of all records, fitted to everything; time: (k,) [s]. gains: (B,) of the weighed loss over both channels."""
+    of all records, fitted to everything; time: (k,) [s]; files: (k,) the log of each. gains: (B,) of the weighed loss
+    over both channels."""
 
     predicted: Floats
     knots: Floats
     time: Floats
+    files: NDArray[np.int_]
     gains: Floats
+
+    @property
+    def course(self) -> Course:
+        """Stamps and values of each log, as the settings have them."""
+        return tuple(
+            (self.time[self.files == file], self.knots[self.files == file]) for file in range(self.files.max() + 1)
+        )
 
 
 def free_series(problem: Problem, residual: Floats) -> Series:
@@ -41,18 +57,47 @@ def free_series(problem: Problem, residual: Floats) -> Series:
     return _series(problem, residual[:, None], columns, problem.weights[:1])
 
 
-def wind_series(problem: Problem, residual: Floats, s: Settings) -> Series | None:
-    """A level wind that changes. residual: (n, C, A). None where the model has no drag for it to act by."""
-    columns = _wind_columns(problem, s)
-    if np.abs(columns).max() < 1e-4:
-        return None
-    return _series(problem, residual, columns, problem.weights)
+def wind_series(problem: Problem, left: Floats, s: Settings, start: Course = ()) -> Series | None:
+    """A level wind that changes. left: (n, C, A) what the settings leave without it. None where no drag carries it.
+
+    Where drag is not linear in the airspeed, the force of a wind is taken straight about the wind found before; start:
+    about which it is at first.
+    """
+    base = problem.predict(s)
+    found: Series | None = None
+    for _ in range(1 if _is_linear(s) else _ROUNDS):
+        about = replace(s, course=start)
+        columns = _wind_columns(problem, about)
+        if np.abs(columns).max() < _NO_DRAG:
+            return None
+        along = np.einsum("ncad,nd->nca", columns, _at_samples(problem, start))
+        beside = problem.predict(about) - base - along
+        before, found = found, _series(problem, left - beside, columns, problem.weights)
+        force = beside + found.predicted
+        gains = ((left**2 - (left - force) ** 2) * problem.weights).sum(axis=(1, 2))
+        found = replace(found, predicted=force, gains=np.add.reduceat(gains, problem.starts))
+        start = found.course
+        if before is not None and np.abs(found.knots - before.knots).max() < _SAME:
+            break
+    return found
+
+
+def _is_linear(s: Settings) -> bool:
+    """Whether the force of a wind is in proportion to it."""
+    return all(code in (LINEAR, ROTOR_SQRT) for code, _ in s.laws.values())
+
+
+def _at_samples(problem: Problem, course: Course) -> Floats:
+    """(n, 2) the course at all samples."""
+    found = []
+    for part in problem.records.parts:
+        time, knots = course[part.file] if course else (np.zeros(1), np.zeros((1, 2)))
+        found.append(np.column_stack([np.interp(part.log.t[part.rows], time, column) for column in knots.T]))
+    return np.concatenate(found)
 
 
 def _wind_columns(problem: Problem, s: Settings) -> Floats:
     """(n, C, A, 2) force for 1 m/s more of wind along x and y of the world."""
-    from dataclasses import replace
-
     base = problem.predict(s)
     found = []
     for axis in range(2):
@@ -78,10 +123,14 @@ def _series(problem: Problem, residual: Floats, columns: Floats, weights: Floats
         losses.append(float(((root * residual - filled) ** 2).sum()))
     best = int(np.argmin(losses))
     gains = (root * residual) ** 2 - (root * residual - fills[best]) ** 2
+    knots = [part.knots(_STIFF[best]) for part in parts]
     return Series(
         predicted=fills[best] / root,
-        knots=np.concatenate([part.knots(_STIFF[best]) for part in parts]),
+        knots=np.concatenate(knots),
         time=np.concatenate([part.times for part in parts]),
+        files=np.concatenate(
+            [np.full(len(one), record.file) for one, record in zip(knots, problem.records.parts, strict=True)]
+        ),
         gains=np.add.reduceat(gains.sum(axis=(1, 2)), problem.starts),
     )
 

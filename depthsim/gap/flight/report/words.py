@@ -6,8 +6,8 @@ from depthsim.gap.diagnosis import Cause, Cut, Diagnosis
 
 VERDICTS = {
     "no_gap": "No gap: the model flies as the log does, within its noise.",
-    "explained": "Explained: the causes below account for the gap.",
-    "partly_explained": "Partly explained: the causes below close a part, and what is left is no noise.",
+    "explained": "Explained: the causes below account for the gap; what is left does not stand out.",
+    "partly_explained": "Partly explained: the causes below close a part; for what is left no effect was found.",
     "unexplained": "Unexplained: there is a gap, and no effect of the bank is what causes it.",
 }
 

@@ -48,6 +48,12 @@ def report_page(diagnosis: Diagnosis, drawing: FlightDrawing) -> str:
             for cut in diagnosis.unexplained.where
         ]
         page.table(["axis", "most of it at", "share of it", "kind", "what can be learned"], rows)
+        if diagnosis.unexplained.nearest:
+            near: list[list[Cell]] = [
+                [one.effect, Bar(one.closed_fraction), one.why_not] for one in diagnosis.unexplained.nearest
+            ]
+            page.text("Effects that come near, and are no causes:")
+            page.table(["effect", "closes of the gap", "why it is none"], near)
     steps = words.next_steps(diagnosis)
     if steps:
         page.section("What to do next").items(steps)

@@ -1,0 +1,148 @@
+"""Depth in the colour camera's pictures, as most recordings have it."""
+
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.camera import Camera, undistort
+from depthsim.kernels import inlined, kernel
+from depthsim.raycast import Geometry
+from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.frame import Frame
+from depthsim.sensor.view import View
+
+_f = np.float32
+_WIDEST = 0.1
+"""The least zoom that is one."""
+_ZERO, _ONE, _HALF = _f(0), _f(1), _f(0.5)
+
+
+@inlined
+def _project(x, y, z, pose, lens):
+    """The colour pixel of the point at depth z on the ray (x, y, 1), or nothing a picture has where it is behind.
+
+    pose: (12,) left imager to colour camera, rotation row by row and translation. lens: fx, fy, cx, cy and k1 to k3.
+    """
+    a = (pose[0] * x + pose[1] * y + pose[2]) * z + pose[9]
+    b = (pose[3] * x + pose[4] * y + pose[5]) * z + pose[10]
+    c = (pose[6] * x + pose[7] * y + pose[8]) * z + pose[11]
+    if not c > _ZERO:
+        return _f(-2), _f(-2)
+    a, b = a / c, b / c
+    r2 = a * a + b * b
+    radial = _ONE + r2 * (lens[4] + r2 * (lens[5] + r2 * lens[8]))
+    p = a * radial + _f(2) * lens[6] * a * b + lens[7] * (r2 + _f(2) * a * a)
+    q = b * radial + lens[6] * (r2 + _f(2) * b * b) + _f(2) * lens[7] * a * b
+    return p * lens[0] + lens[2], q * lens[1] + lens[3]
+
+
+@kernel
+def _resample(depth, corner_x, corner_y, pose, lens, unit, out):
+    """Each pixel of ``depth`` into all pixels of ``out`` between the places of its corners; the nearest stays.
+
+    corner_x, corner_y: (height + 1, width + 1) rays at z = 1 through the corners of the pixels. unit: of the depth
+    that the camera rounds to before it resamples [m].
+    """
+    height, width = depth.shape
+    rows, columns = out.shape
+    for v in range(height):
+        for u in range(width):
+            z = np.floor(depth[v, u] / unit + _HALF) * unit
+            if not z > _ZERO:
+                continue
+            left, top = _project(corner_x[v, u], corner_y[v, u], z, pose, lens)
+            right, bottom = _project(corner_x[v + 1, u + 1], corner_y[v + 1, u + 1], z, pose, lens)
+            left, top, right, bottom = left + _HALF, top + _HALF, right + _HALF, bottom + _HALF
+            # A whole number is what is left of the point, so that down to -1 a corner counts as on the border. Written
+            # so that what is not a number is outside.
+            if not (left > -_ONE and top > -_ONE and right < _f(columns) and bottom < _f(rows)):
+                continue
+            for y in range(np.int64(top), np.int64(bottom) + 1):
+                for x in range(np.int64(left), np.int64(right) + 1):
+                    if out[y, x] == _ZERO or depth[v, u] < out[y, x]:
+                        out[y, x] = depth[v, u]
+
+
+@lru_cache(maxsize=8)
+def _corner_rays(camera: Camera) -> NDArray[np.float32]:
+    """(2, height + 1, width + 1) rays at z = 1 half a pixel left of and above each pixel, and beyond the last ones."""
+    x = (np.arange(camera.width + 1) - 0.5 - camera.cx) / camera.fx
+    y = (np.arange(camera.height + 1) - 0.5 - camera.cy) / camera.fy
+    rays = np.stack(np.broadcast_arrays(x, y[:, None]))
+    if any(camera.distortion):
+        rays = np.stack(undistort(rays[0], rays[1], camera.distortion))
+    return rays.astype(np.float32)
+
+
+@lru_cache(maxsize=64)
+def _aligned(camera: Camera, x: float, zoom: float) -> Camera:
+    """A camera whose pictures are a colour camera's; kept, because it keeps its rays."""
+    size = {"width": camera.width, "height": camera.height}
+    own = {name: getattr(camera, name) for name in ("fx", "fy", "cx", "cy", "distortion")}
+    middle = {"cx": (camera.width - 1) / 2, "cy": (camera.height - 1) / 2}
+    left = {**size, "fx": camera.fx / zoom, "fy": camera.fy / zoom, **middle}
+    color = {**size, **own, "translation": (x, 0.0, 0.0)}
+    return camera.model_copy(update={"color": color, "aligned": True, "depth": left})
+
+
+@lru_cache(maxsize=8)
+def _into_color(camera: Camera) -> Camera:
+    return camera.aligned_to_color()
+
+
+class AlignToColor(Effect):
+    """Depth resampled into the colour camera: each pixel is projected as a rectangle, and the nearest one wins.
+
+    The rectangle reaches from pixel to pixel between the projections of the two corners at ±0.5 px, both ends
+    included, and holds the depth as the left imager has it. So pixels are doubled where the colour picture is finer,
+    what the colour camera sees past an object's edge is a hole, and the background seen through it is not hidden.
+    Of a camera that says where its colour camera is, nothing is left to choose. ``x`` and ``zoom`` are for one that
+    does not: the left imager then has pictures of the same size, and looks the same way.
+    """
+
+    id: ClassVar[str] = "align_to_color"
+    stage: ClassVar[Stage] = Stage.PROCESSING
+    rank: ClassVar[int] = 100
+    moves_camera: ClassVar[bool] = True
+    source: ClassVar[str] = "librealsense, src/proc/align: depth to another stream, the way without SSE"
+    axes = ("edge_distance", "pixel_neighbours", "image_column", "image_position")
+    kinds = ("missing", "correlation", "tail", "spread", "bias")
+    recording = "near objects before a far wall, with the driver's alignment off and on"
+
+    x: float = parameter(
+        -0.015, low=-0.1, high=0.1, unit="m", about="where the colour camera is, along the left imager's x",
+        source="realsense-ros, realsense2_description: D415 and D435; 0.059 m of a D455",
+        starts=(-0.015, 0.059), step=0.01,
+    )  # fmt: skip
+    zoom: float = parameter(
+        1.53, low=0, high=3, unit="1", neutral=0, about="focal length of the pictures over that of the left imager's",
+        source="datasheet 337029: D435 at 640x480; 1.38 at 16:9, 0.95 of a D455",
+        starts=(1.55, 1.42, 0.96, 2.2), scale="linear", step=0.05,
+    )  # fmt: skip
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether nothing is aligned: no colour camera has so wide a lens."""
+        return self.zoom < _WIDEST
+
+    def stored(self, camera: Camera) -> Camera:
+        """The camera as an aligned one: to its own colour camera, or to the one that the parameters put beside it."""
+        return _aligned(camera, self.x, self.zoom) if camera.color is None else _into_color(camera)
+
+    def bend(self, view: View) -> None:
+        """From the colour camera's pose to that of the left imager, whose rays are cast."""
+        assert view.camera.color is not None
+        view.pose = view.pose @ np.linalg.inv(view.camera.color.pose)
+
+    def apply(self, frame: Frame) -> None:
+        """Resample the picture."""
+        camera, color = frame.camera, frame.camera.color
+        assert color is not None
+        out = np.zeros(color.shape, np.float32)
+        to = np.linalg.inv(color.pose)
+        pose = np.concatenate([to[:3, :3].reshape(-1), to[:3, 3]]).astype(np.float32)
+        lens = np.array([color.fx, color.fy, color.cx, color.cy, *color.distortion], np.float32)
+        _resample(frame.depth, *_corner_rays(camera), pose, lens, _f(camera.depth_scale), out)
+        frame.resize(out, self.stored(camera), Geometry.empty((0, 0), right=False))

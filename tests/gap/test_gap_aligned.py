@@ -1,0 +1,71 @@
+"""Recordings whose depth was resampled into the colour camera: those that say so, and those that do not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from sensing import STEP_CASTER
+
+from depthsim.gap.depth.data.frames import cast_clean
+from depthsim.gap.depth.data.load import load_evidence
+from depthsim.gap.depth.fit.candidates import candidates, setting_of
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.presets import preset
+from depthsim.runs.generate import generate
+from depthsim.sensor.effects.align import AlignToColor
+from depthsim.sensor.effects.fill_rate import FillRate
+from depthsim.sensor.effects.noise import DisparityNoise
+
+BASE = (DisparityNoise(sigma=0.06), FillRate(rate=0.01))
+ZOOM = 1.5342
+"""Of a D435 at 640x480 and other pictures of 4:3."""
+
+
+@pytest.fixture(scope="module")
+def aligned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of the office, aligned."""
+    folder = tmp_path_factory.mktemp("aligned") / "run"
+    camera = preset("d435", 160, 120, rate=3.0)
+    generate("office", None, camera, [*BASE, AlignToColor()], folder, frames=10, seed=5, streams=("depth",), threads=1)
+    return folder
+
+
+def test_one_that_says_so_has_no_gap(aligned: Path) -> None:
+    evidence, _ = load_evidence(aligned, None, BASE)
+    assert evidence.camera.aligned
+    score = Validator(evidence, evidence.test).score(BASE)
+    assert not score.stands_out(evidence.config.significance)
+    assert score.gap < 1.3 * score.floor
+
+
+def test_one_that_does_not_has_its_alignment_among_the_candidates(aligned: Path) -> None:
+    file = aligned / "camera.yaml"
+    text = file.read_text()
+    keys = yaml.safe_load(text)
+    try:
+        file.write_text(yaml.safe_dump({k: v for k, v in keys.items() if k not in ("color", "aligned", "depth")}))
+        # Nothing in the file says what the left imager's focal length is: its noise in pixels is this much smaller.
+        base = (DisparityNoise(sigma=0.06 * ZOOM), BASE[1])
+        evidence, _ = load_evidence(aligned, None, base)
+    finally:
+        file.write_text(text)
+    bank = [one for one in candidates(base, setting_of(evidence)) if one.effect == AlignToColor.id]
+    assert {free.name for one in bank for free in one.free} == {"x", "zoom"}
+    validator = Validator(evidence, evidence.test)
+    before, after = (validator.score(effects) for effects in (base, (*BASE, AlignToColor(x=-0.015, zoom=ZOOM))))
+    assert before.stands_out(evidence.config.significance)
+    assert before.gap - after.gap > 0.97 * (before.gap - after.floor)
+
+
+@pytest.mark.parametrize("name", ["d435", "d455", "d405"])
+def test_both_imagers_must_see_what_an_aligned_camera_sees(name: str) -> None:
+    camera = preset(name, 424, 240).aligned_to_color()
+    sees = cast_clean(STEP_CASTER, camera, np.eye(4)).right_sees
+    assert sees is not None
+    hidden, plate = np.flatnonzero(sees[120] == 0), (STEP_CASTER.cast(camera, np.eye(4)).depth[120] < 1.5).nonzero()[0]
+    left, both = camera.left_pose[0, 3], camera.left_pose[0, 3] + camera.baseline
+    # f·x·(1/1 m - 1/2.5 m) columns beside the plate, by where each imager is.
+    shadows = [camera.fx * x * (1 - 1 / 2.5) for x in (left, both)]
+    assert (hidden < plate[0]).sum() == pytest.approx(max(*shadows, 0), abs=1.01)
+    assert (hidden > plate[-1]).sum() == pytest.approx(max(*(-one for one in shadows), 0), abs=1.01)
