@@ -26,7 +26,7 @@ def on_disk(measure: Measure, streams: tuple[str, ...], frames: int = 24) -> dic
     with (
         tempfile.TemporaryDirectory() as folder,
         ThreadPoolExecutor(core_count()) as pool,
-        RunWriter(Path(folder) / "run", sensor.camera, trajectory, {}, streams) as writer,
+        RunWriter(Path(folder) / "run", sensor.stored_camera, trajectory, {}, streams) as writer,
     ):
 
         def write(index: int) -> None:

@@ -21,6 +21,7 @@ _HOMES = {
     "Frame": "sensor.frame",
     "InputError": "errors",
     "Materials": "materials",
+    "Motion": "sensor.motion",
     "Profile": "sensor.profile",
     "Run": "runs.folder",
     "Scene": "scene",
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
     from depthsim.scenefile.load import load_scene
     from depthsim.sensor.effect import Effect, Stage, parameter
     from depthsim.sensor.frame import Frame
+    from depthsim.sensor.motion import Motion
     from depthsim.sensor.profile import Profile, load_profile
     from depthsim.sensor.sensor import Sensor
     from depthsim.trajectory.poses import Trajectory
@@ -71,6 +73,7 @@ __all__ = [
     "Frame",
     "InputError",
     "Materials",
+    "Motion",
     "Profile",
     "Run",
     "Scene",

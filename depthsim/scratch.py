@@ -17,6 +17,7 @@ class Scratch:
     def __init__(self) -> None:
         self._kept: dict[tuple[tuple[int, ...], np.dtype[Any]], list[NDArray[Any]]] = {}
         self._taken: dict[tuple[tuple[int, ...], np.dtype[Any]], int] = {}
+        self._inner: Scratch | None = None
 
     @classmethod
     def of_thread(cls, own: threading.local) -> "Scratch":
@@ -30,6 +31,12 @@ class Scratch:
     def begin(self) -> None:
         """Begin a frame: all arrays may be taken again."""
         self._taken.clear()
+
+    def inner(self) -> "Scratch":
+        """Memory for a frame that is made while another one is, begun anew."""
+        self._inner = self._inner or Scratch()
+        self._inner.begin()
+        return self._inner
 
     def empty(self, shape: tuple[int, ...], dtype: DTypeLike = np.float32) -> NDArray[Any]:
         """An array with arbitrary content, nobody else's until the next :meth:`begin`."""

@@ -146,7 +146,7 @@ class Studio:
         near, far = depth_span(measured.clean.depth)
         share = np.log(np.clip(z, near, far) / near) / np.log(far / near)
         depth = np.where((z > 0)[..., None], turbo((np.round(63 * share) / 63).astype(np.float32)), 0).astype(np.uint8)
-        fb, both = self.camera.focal_baseline, (z > 0) & (clean > 0)
+        fb, both = measured.camera.focal_baseline, (z > 0) & (clean > 0)
         error = np.where(both, fb / np.maximum(z, 1e-9) - fb / np.maximum(clean, 1e-9), 0)
         off = np.abs(error[both & (np.abs(error) > 1e-3)])
         most = max(float(np.percentile(off, 90)) if off.size else 0.0, 0.01)
@@ -154,11 +154,11 @@ class Studio:
         tone = np.round(20 * np.clip(error / most, -1, 1))[..., None] / 20
         ends = np.where(tone > 0, np.array([178, 24, 43]), np.array([33, 102, 172]))
         colour = 245 + (ends - 245) * np.abs(tone)
-        picture = Image.fromarray(np.where((z > 0)[..., None], colour, 0).astype(np.uint8))
+        picture = Image.fromarray(np.where((z > 0)[..., None], colour, 0).astype(np.uint8)).resize(SIZE, 0)
         if off.size:
             caption = f"{float(f'{most:.2g}'):g} px"
             ImageDraw.Draw(picture).text((4, SIZE[1] - 16), caption, fill="black", stroke_width=2, stroke_fill="white")
-        return np.asarray(picture), depth
+        return np.asarray(picture), np.asarray(Image.fromarray(depth).resize(SIZE, 0))
 
 
 def main() -> None:

@@ -22,9 +22,9 @@ import depthsim.cli
 
 def tiny() -> None:
     import numpy as np
-    from depthsim.sensor.effects.limits import _keep_between
+    from depthsim.sensor.effects.limits import keep_between
     for kind in (np.float32, np.float64):
-        _keep_between(0, 2, kind(0), kind(1), np.ones(2, kind))
+        keep_between(0, 2, kind(0), kind(1), np.ones(2, kind))
     print("done")
 
 depthsim.cli.app.command("tiny")(tiny)

@@ -39,8 +39,7 @@ class LiveSensor:
         measured = self._made[2].measure(
             moment.pose, index=moment.index, stamp=moment.stamp, seed=seed, motion=moment.motion
         )
-        stored_by = self._made[2].camera  # the colour camera, where depth is aligned to it
-        return Shot(stored_by, moment.pose, measured.depth_raw, measured.clean.depth, measured.clean.tag)
+        return Shot(measured.camera, moment.pose, measured.depth_raw, measured.clean.depth, measured.clean.tag)
 
 
 def recorded(stage: Stage, index: int) -> Shot:

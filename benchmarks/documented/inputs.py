@@ -74,6 +74,14 @@ def captures(path: Path) -> None:
     camera.write(path / "camera.yaml")
 
 
+def clean_depth(path: Path) -> None:
+    """A slope, as another simulator has it: a picture in units and an array in metres."""
+    path.mkdir()
+    slope = np.linspace(1, 3, SIZE[0] * SIZE[1]).reshape(SIZE[::-1])
+    (path / "0.png").write_bytes(encode_png(np.rint(1000 * slope).astype(np.uint16)))
+    np.save(path / "1.npy", np.stack([slope, slope + 0.01]))
+
+
 def log(path: Path) -> None:
     """A flight of an F450."""
     _fly(path.parent / f".{path.stem}", SPEEDS.get(path.name, 4))
@@ -110,6 +118,7 @@ INPUTS: dict[str, Callable[[Path], None]] = {
     r"CameraTrajectory\.txt|FILE": estimate,
     r"sponza\.glb": mesh,
     r"captures": captures,
+    r"clean_depth": clean_depth,
     r"log\d\.csv|LOG\.csv": log,
     r"vehicle\.yaml|VEHICLE\.yaml": vehicle,
     r"(LEFT|RIGHT)\.png": view_of_pair,

@@ -40,6 +40,7 @@ SMALL = "--frames 9 --resolution 208x120"
 RULES = [
     Rule(r"^\./run test", "it is what runs these lines", How.LEAVE),
     Rule(r"^pip install atheris", "its build takes a compiler", How.LEAVE),
+    Rule(r"^pip install (mujoco|pybullet)", "a simulator that some users have, and nothing here needs", How.LEAVE),
     Rule(r"^pip install", "no network", add="--dry-run -q --no-index --no-build-isolation", short=True),
     Rule(r"\bview |^python -m viewer", "it stays open", How.SERVE),
     Rule(r"^\./run python \S+\.py .*", "hours in all", add="--help"),

@@ -11,6 +11,7 @@ from depthsim.runs import Run
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Effect, Sensor, load_profile
 from depthsim.sensor.motion import Motion
+from depthsim.sensor.pipeline import camera_for
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +32,7 @@ class Bench:
 
     def simulated(self, effects: tuple[Effect, ...], index: int, seed: int = 77) -> tuple[Floats, Geometry]:
         """Depth [m] and clean geometry of a frame."""
-        sensor = Sensor(self.caster, self.run.camera, effects)
+        sensor = Sensor(self.caster, camera_for(self.run.camera, effects), effects)
         stamp = float(self.run.stamps[index])
         measured = sensor.measure(self.run.poses[index], index=index, stamp=stamp, seed=seed, motion=self.motion)
         units = measured.depth_raw.astype(np.float64)

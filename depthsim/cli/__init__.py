@@ -7,6 +7,7 @@ import sys
 
 import typer
 
+from depthsim.cli.apply import apply
 from depthsim.cli.diagnose import diagnose
 from depthsim.cli.diagnose_flight import diagnose_flight
 from depthsim.cli.export import export
@@ -33,6 +34,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command(cls=Command)(generate)
+app.command(cls=Command)(apply)
 app.command(cls=Command)(sweep)
 app.command(cls=Command)(fly)
 app.command(cls=Command)(inspect)

@@ -111,15 +111,12 @@ def _scene(scene: str | None, like: "Run | None") -> str | Path:
 def _camera(
     choice: str | None, size: tuple[int, int] | None, rate: float | None, profile: "Profile", like: "Run | None"
 ) -> "Camera":
-    """The camera that is asked for, or the other run's, or the profile's, or the D435."""
+    """The camera that is asked for, or the one that stores the other run's pictures, or the profile's, or the D435."""
     from depthsim.presets import preset, resolve_camera
-    from depthsim.sensor.pipeline import storing
+    from depthsim.sensor.pipeline import camera_for
 
     if choice is None and like is not None:
-        camera = like.camera
-        if storing(camera, profile.effects) != camera:
-            # Its pictures are as large as they are: what was aligned without a word is so by the effect's parameters.
-            camera = camera.model_copy(update={"color": None})
+        camera = camera_for(like.camera, profile.effects)
     elif choice is None:
         camera = profile.camera or preset("d435")
     else:

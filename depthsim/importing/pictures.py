@@ -18,7 +18,7 @@ from depthsim.importing.options import Imported, ImportOptions
 from depthsim.importing.recording import Recording, to_units, with_options
 from depthsim.presets import resolve_camera
 from depthsim.runs import layout
-from depthsim.runs.arrays import array_of
+from depthsim.runs.arrays import load_npy
 from depthsim.runs.png import decode_png
 from depthsim.yamlfile import read_text
 
@@ -30,7 +30,7 @@ def read_pictures(source: Path, folder: Path, options: ImportOptions) -> Importe
     """Copy a folder of pictures into ``folder`` as a run."""
     camera = _camera(source, options)
     depth = source / "depth" if (source / "depth").is_dir() else source
-    files = sorted((f for f in depth.iterdir() if f.suffix.lower() in _SUFFIXES), key=_natural)
+    files = sorted((f for f in depth.iterdir() if f.suffix.lower() in _SUFFIXES), key=layout.by_number)
     if not files:
         raise InputError(depth, "", "holds no .png and no .npy", "give a folder of depth pictures, or a bag")
     stamps = _stamps(source, files, options.rate or camera.rate)
@@ -57,11 +57,6 @@ def _camera(source: Path, options: ImportOptions) -> Camera:
     return with_options(camera, keys)
 
 
-def _natural(file: Path) -> list[Any]:
-    """9.png before 10.png."""
-    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", file.stem)]
-
-
 def _stamps(source: Path, files: list[Path], rate: float) -> list[float]:
     listed = source / "associations.txt"
     if listed.exists():
@@ -79,7 +74,7 @@ def _stamps(source: Path, files: list[Path], rate: float) -> list[float]:
 
 
 def _depth(file: Path, camera: Camera) -> NDArray[np.uint16]:
-    picture: NDArray[Any] = _load_npy(file) if file.suffix.lower() == ".npy" else decode_png(file)
+    picture: NDArray[Any] = load_npy(file) if file.suffix.lower() == ".npy" else decode_png(file)
     if picture.ndim == 3 and picture.shape[2] == 1:
         picture = picture[..., 0]
     if picture.ndim != 2:
@@ -89,13 +84,6 @@ def _depth(file: Path, camera: Camera) -> NDArray[np.uint16]:
     if picture.dtype != np.uint16:
         raise InputError(file, "", f"holds {picture.dtype}", "give 16-bit units, or metres as floats in a .npy")
     return picture
-
-
-def _load_npy(file: Path) -> NDArray[Any]:
-    try:
-        return array_of(file.read_bytes())
-    except (OSError, ValueError) as error:
-        raise InputError(file, "", f"is no whole .npy ({error})", "write it by numpy.save") from None
 
 
 def _intensity(file: Path, camera: Camera) -> NDArray[np.uint8]:

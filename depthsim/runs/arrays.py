@@ -8,9 +8,12 @@ import ast
 import io
 import math
 import zipfile
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from depthsim.errors import InputError
 
 _MAGIC = b"\x93NUMPY"
 _LONGEST_HEADER = 10_000
@@ -69,3 +72,11 @@ def _member(archive: zipfile.ZipFile, name: str) -> bytes:
         raise ValueError(f"{name} is larger than {LARGEST >> 20} MB")
     with archive.open(name) as file:
         return file.read(LARGEST)
+
+
+def load_npy(file: Path) -> NDArray:
+    """The array of an .npy file; :class:`InputError` where it is none."""
+    try:
+        return array_of(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise InputError(file, "", f"is no whole .npy ({error})", "write it by numpy.save") from None

@@ -23,7 +23,7 @@ from depthsim.scenefile import load_scene
 from depthsim.scenefile.save import save_scene
 from depthsim.sensor import Effect, Profile, Sensor, load_profile
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import storing, to_depth_raw
+from depthsim.sensor.pipeline import measuring_camera, stored_camera, to_depth_raw
 from depthsim.sensor.sensor import Measurement
 from depthsim.trajectory import Trajectory, load_trajectory
 
@@ -64,7 +64,8 @@ def generate(
 
         generate("office", "tour", camera="d435", profile="paper", out="run", frames=60)
 
-    scene, camera, profile, materials: as :class:`~depthsim.sensor.Sensor` takes them. trajectory: as
+    scene, camera, profile, materials: as :class:`~depthsim.sensor.Sensor` takes them; the run's camera.yaml has the
+    camera of the stored pictures, another one where effects decimate them or align them to colour. trajectory: as
     :func:`~depthsim.trajectory.load_trajectory` takes it, at the camera's rate; the scene's first by default. Poses
     that are given are the frames'. frames: the first so many.
 
@@ -81,17 +82,18 @@ def generate(
     out, materials, profile = Path(out), load_materials(materials), load_profile(profile)
     if profile.stereo is None and set(IR_STREAMS) & set(streams):
         raise InputError(profile.name, "", "is a sensor without infrared images", "give one of active stereo")
-    camera = storing(load_camera(camera or profile.camera or "d435"), profile.effects)
-    if camera.left.shape != camera.shape and set(IR_STREAMS) & set(streams):
-        fix = "leave out `ir`, or give both cameras one size"
-        raise InputError(camera.name, "", "is aligned to colour pictures of another size than the infrared ones", fix)
+    camera = load_camera(camera or profile.camera or "d435")
+    stored = stored_camera(camera, profile.effects)
+    if stored.shape != measuring_camera(camera, profile.effects).shape and set(IR_STREAMS) & set(streams):
+        fix = "leave out `ir`, or the effects that resize the depth"
+        raise InputError(camera.name, "", "stores depth pictures of another size than the infrared ones", fix)
     scene = load_scene(scene, materials=materials)
     if scene.look is not None and "rgb" not in streams and profile.stereo is None:
         scene = replace(scene, look=None)  # so that textures need not be there
     rate = None if isinstance(trajectory, Trajectory) else camera.rate
     path = load_trajectory(trajectory, scene, rate, frames)
     record = _describe(scene, profile, materials, seed)
-    with RunWriter(out, camera, path, record, streams, truth=truth, overwrite=overwrite) as writer:
+    with RunWriter(out, stored, path, record, streams, truth=truth, overwrite=overwrite) as writer:
         missing, total = writer.missing(), len(path)
         progress(total - len(missing), total)
         if missing:
@@ -157,7 +159,7 @@ class FrameMaker:
             out=previous,
         )
         self._buffers.measurement = measured
-        scene, camera = sensor.caster.scene, sensor.camera
+        scene, camera = sensor.caster.scene, measured.camera
         makers: dict[str, Callable[[], NDArray[Any]]] = {
             "depth": lambda: measured.depth_raw,
             "clean": lambda: to_depth_raw(measured.clean.depth, camera),

@@ -13,7 +13,9 @@ ir_left/, ir_right/  8-bit grey, the rectified pair that active stereo matched
 mask/            any grey or RGB, non-zero where the scene may be trusted
 """
 
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,3 +71,8 @@ def decode_normals(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
 def count_frames(folder: Path) -> int:
     """How many depth frames lie in a run folder that has no list yet."""
     return sum(1 for _ in (folder / DEPTH).glob("[!.]*.png"))
+
+
+def by_number(file: Path) -> list[Any]:
+    """The order of pictures' names, 9.png before 10.png: sort by this."""
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", file.stem)]

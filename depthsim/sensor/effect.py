@@ -48,7 +48,7 @@ class Stage(IntEnum):
     MISSING = 5
     """the former name of HOLES, for effects that were written by it"""
     PROCESSING = 6
-    """what the camera does to the finished picture"""
+    """what is done to the finished picture, which has whole units"""
 
 
 class Effect(BaseModel):
@@ -75,7 +75,7 @@ class Effect(BaseModel):
     needs_right: ClassVar[bool] = False
     """whether the effect asks what the right imager sees"""
     moves_camera: ClassVar[bool] = False
-    """whether the effect bends the view as well as it changes the frame, at a stage after OPTICS"""
+    """whether the pictures that it leaves are of another camera beside: it also acts in :meth:`bend`, at any stage"""
     law: ClassVar[str] = ""
     """what it is a law of, where a sensor has one such law: a fit tries it beside and in place of another one"""
     forms: ClassVar[tuple[Mapping[str, float], ...]] = ({},)
@@ -85,10 +85,6 @@ class Effect(BaseModel):
     seen_on: ClassVar[tuple[str, ...]] = ()
     """effects without which it does nothing, such as a noise that it changes"""
 
-    def camera_of(self, camera: Camera) -> Camera:
-        """The camera that took the pictures of ``camera``, where the effect is that it is another one."""
-        return camera
-
     def bend(self, view: View) -> None:
         """Change what the frame is cast with; for the stages POSE and OPTICS."""
         raise NotImplementedError
@@ -96,6 +92,25 @@ class Effect(BaseModel):
     def apply(self, frame: Frame) -> None:
         """Change ``frame`` in place; for every later stage."""
         raise NotImplementedError
+
+    def stored(self, camera: Camera) -> Camera:
+        """The camera of the pictures that the effect leaves of those of ``camera``: another where it resizes them.
+
+        Of an aligned camera the colour pictures stay; it is the depth before that which is resized.
+        """
+        return camera
+
+    def imager(self, camera: Camera) -> Camera:
+        """The camera whose pictures the effect makes into those of ``camera``: what undoes :meth:`stored`.
+
+        An aligned camera is one before the alignment, too, as sensors take it.
+        """
+        return camera
+
+    @classmethod
+    def resizes(cls) -> bool:
+        """Whether its pictures are those of another camera than the one before it."""
+        return cls.stored is not Effect.stored
 
     @classmethod
     def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
@@ -107,10 +122,20 @@ class Effect(BaseModel):
         """Values of all parameters that a recording itself suggests: fits begin there first."""
         return ()
 
+    @classmethod
+    def possible(cls, setting: Setting) -> bool:
+        """Whether a recording like this may be of a sensor that has the effect: fits leave it out otherwise."""
+        return True
+
     @property
     def material_tags(self) -> tuple[str, ...]:
         """The tags that the parameters name; the sensor checks that there are such materials."""
         return ()
+
+    @property
+    def looks_back(self) -> int:
+        """How many frames before its own the effect asks for, by :meth:`Frame.earlier`."""
+        return 0
 
     @property
     def is_neutral(self) -> bool:

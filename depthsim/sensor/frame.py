@@ -1,7 +1,7 @@
 """One frame on its way through the sensor."""
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -12,7 +12,7 @@ from depthsim.kernels import kernel
 from depthsim.materials import Materials
 from depthsim.parallel import split
 from depthsim.raycast import Geometry
-from depthsim.scene import NO_TAG, Scene
+from depthsim.scene import NO_TAG
 from depthsim.scratch import Scratch
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.noise_field import Correlation, noise_field
@@ -37,6 +37,18 @@ def _add_noise(start, stop, variance, noise, disparity):
         d[i] = noisy if d[i] > np.float32(0) else np.float32(0)
 
 
+class Surfaces(Protocol):
+    """What effects ask of a scene. tags: of its materials. normals: (faces, 3) float32 unit normals in the world."""
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """The names that the tags of a :class:`~depthsim.raycast.Geometry` count."""
+
+    @property
+    def normals(self) -> NDArray[np.float32]:
+        """By face."""
+
+
 class Frame:
     """What an effect sees and changes.
 
@@ -44,14 +56,17 @@ class Frame:
     index, stamp: which frame of the run it is, and when it was taken [s].
     motion: where the camera is, in time.
     correlation: how the noise of all effects is correlated between pixels and frames.
+    before: gives so many of the frames before this one, see :meth:`earlier`.
     """
+
+    before: Callable[[int], Iterator["Frame"]] | None = None
 
     def __init__(
         self,
         depth: NDArray[np.float32],
         geometry: Geometry,
         camera: Camera,
-        scene: Scene,
+        scene: Surfaces,
         materials: Materials,
         motion: Motion,
         seed: int | Seed = 0,
@@ -90,9 +105,20 @@ class Frame:
         self._draw_noise()
         return self._as_disparity()
 
-    def replace_depth(self, depth: NDArray[np.float32]) -> None:
-        """Put another picture in place of the depth; its size may be another one, for effects that act last."""
+    def earlier(self, count: int) -> Iterator["Frame"]:
+        """Up to ``count`` frames before this one, the first one first, as they came to the effect that asks.
+
+        Each is good until the next. Before frame 0 there are none. What they were cast from is not known any more.
+        """
+        return self.before(count) if self.before is not None else iter(())
+
+    def resize(self, depth: NDArray[np.float32], camera: Camera, geometry: Geometry) -> None:
+        """Put another picture in the place of this one. depth: [m], of the shape of ``camera``, kept.
+
+        geometry: what its pixels show; an empty one where that is not known.
+        """
         self._depth, self._disparity, self._is_disparity = depth, None, False
+        self.camera, self.geometry = camera, geometry
 
     @property
     def noise_variance(self) -> NDArray[np.float32]:
@@ -138,9 +164,9 @@ class Frame:
     def _convert(self, given: NDArray[np.float32], wanted: NDArray[np.float32]) -> None:
         self.run(_invert, np.float32(self.camera.focal_baseline), given.reshape(-1), wanted.reshape(-1))
 
-    def empty(self, dtype: DTypeLike = np.float32) -> NDArray[Any]:
+    def empty(self, dtype: DTypeLike = np.float32, shape: tuple[int, ...] | None = None) -> NDArray[Any]:
         """(height, width) with arbitrary content, for an effect to write; it is good until the frame is finished."""
-        return self._scratch.empty(self._depth.shape, dtype)
+        return self._scratch.empty(shape or self._depth.shape, dtype)
 
     def draws(self, name: str) -> Draws:
         """Random numbers of one effect. An effect that stands twice in a profile draws anew the second time."""

@@ -1,5 +1,7 @@
 """Where the camera is at any time, for the effects that ask: stamps that are off, rows one after another, motion."""
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -11,11 +13,17 @@ class Motion:
     """The camera's pose as a function of time: a trajectory that goes on beyond its ends as it came and left.
 
     pose: (4, 4) of the first moment, camera to world. start: when the first frame is taken [s]; 0 for a camera that
-    stands.
+    stands. frames: the poses of the run's frames, by number.
     """
 
-    def __init__(self, trajectory: Trajectory | None, pose: NDArray[np.float64], start: float = 0.0) -> None:
-        self._trajectory, self._pose = trajectory, pose
+    def __init__(
+        self,
+        trajectory: Trajectory | None,
+        pose: NDArray[np.float64],
+        start: float = 0.0,
+        frames: Trajectory | None = None,
+    ) -> None:
+        self._trajectory, self._pose, self._frames = trajectory, pose, frames
         self.start = start
 
     @classmethod
@@ -25,7 +33,7 @@ class Motion:
         truth: all that is known of its way, where that is more than the poses of the frames: it is gone along instead.
         """
         known = truth or frames
-        return cls(known if len(known) > 1 else None, known.head(1).matrices()[0], float(frames.stamps[0]))
+        return cls(known if len(known) > 1 else None, known.head(1).matrices()[0], float(frames.stamps[0]), frames)
 
     @classmethod
     def still(cls, pose: NDArray[np.float64]) -> "Motion":
@@ -49,6 +57,20 @@ class Motion:
         poses[:, :3, 3] = known.positions[before] + share[:, None] * step
         poses[:, :3, :3] = rotation_matrices(slerp(known.quaternions[before], known.quaternions[after], share))
         return poses
+
+    @cached_property
+    def _poses(self) -> NDArray[np.float64]:
+        return np.empty((0, 4, 4)) if self._frames is None else self._frames.matrices()
+
+    def frame(self, index: int, stamp: float, back: int, rate: float) -> tuple[float, NDArray[np.float64]]:
+        """Stamp [s] and pose (4, 4) of the frame that is ``back`` before the one of number ``index`` at ``stamp``.
+
+        Those of the run's frames, where that is one of them; otherwise frames come at ``rate`` [Hz].
+        """
+        known = self._frames
+        if known is not None and index < len(known) and known.stamps[index] == stamp:
+            return float(known.stamps[index - back]), self._poses[index - back]
+        return stamp - back / rate, self.at(stamp - back / rate)[0]
 
     def speeds(self, stamp: float, step: float = 5e-3) -> tuple[float, float]:
         """Linear speed [m/s] and angular speed [rad/s] at ``stamp``, by the difference over two ``step``s [s]."""

@@ -4,23 +4,24 @@ The sensor takes it for every frame, with what its rays or its stereo matcher ha
 casts that it keeps. So both make the same bits.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
-from depthsim.draws import Seed
 from depthsim.kernels import kernel
 from depthsim.materials import Materials
 from depthsim.parallel import split
 from depthsim.raycast import Caster, Geometry
-from depthsim.scratch import Scratch
 from depthsim.sensor.effect import Effect, Stage, physical_order
 from depthsim.sensor.effects.align import AlignToColor
-from depthsim.sensor.frame import Frame
-from depthsim.sensor.motion import Motion
+from depthsim.sensor.exposure import Exposure
+from depthsim.sensor.frame import Frame, Surfaces
+from depthsim.sensor.past import Past
+from depthsim.sensor.seen import Seen
 from depthsim.sensor.view import View
 
 SATURATED = 65535
@@ -49,9 +50,23 @@ def to_depth_raw(
     return out
 
 
+def _to_metres(raw: NDArray[np.uint16], camera: Camera, depth: NDArray[np.float32]) -> None:
+    np.multiply(raw, np.float32(camera.depth_scale), out=depth, casting="unsafe")
+
+
 def acting(effects: Sequence[Effect]) -> list[Effect]:
     """Those that change anything, in the order in which they act."""
     return sorted((e for e in effects if not e.is_neutral), key=physical_order)
+
+
+def in_camera(effects: Sequence[Effect]) -> list[Effect]:
+    """Those that make the picture; the others, :func:`after_camera`, are done to it when it is finished."""
+    return [effect for effect in effects if effect.stage < Stage.PROCESSING]
+
+
+def after_camera(effects: Sequence[Effect]) -> list[Effect]:
+    """Those that are done to the finished picture, which has whole units."""
+    return [effect for effect in effects if effect.stage >= Stage.PROCESSING]
 
 
 def bending(effects: Sequence[Effect]) -> list[Effect]:
@@ -59,66 +74,78 @@ def bending(effects: Sequence[Effect]) -> list[Effect]:
     return [effect for effect in effects if effect.stage <= Stage.OPTICS or effect.moves_camera]
 
 
-def storing(camera: Camera, effects: Sequence[Effect]) -> Camera:
-    """The camera whose pictures are stored: that of the colour pictures where the depth is aligned to them."""
-    aligns = any(isinstance(effect, AlignToColor) for effect in effects)
-    return camera.aligned_to_color() if aligns and camera.color is not None else camera
+def all_of(camera: Camera, effects: Sequence[Effect]) -> list[Effect]:
+    """Those that act in a sensor with this camera, which brings its resampling where it is aligned."""
+    found = acting(effects)
+    return acting([*found, AlignToColor()]) if camera.aligned and not _aligning(found) else found
 
 
-@dataclass(frozen=True)
-class Exposure:
-    """One frame to be taken. pose: (4, 4) camera to world. index, seed: the key of its random numbers. stamp: [s].
+def measuring_camera(camera: Camera, effects: Sequence[Effect]) -> Camera:
+    """The camera that measures in a sensor that is given ``camera``: its left imager, before anything is resized."""
+    for effect in _aligning(acting(effects)):
+        camera = effect.stored(camera)
+    return camera.left
 
-    motion: where the camera is, in time. scratch: memory for arrays that are done with when the frame is.
+
+def stored_camera(camera: Camera, effects: Sequence[Effect]) -> Camera:
+    """The camera of the pictures that are stored, of a sensor that is given ``camera``.
+
+    Where nothing is known of its colour camera, pictures that are aligned to it are those of ``camera`` itself.
     """
+    effects = acting(effects)
+    if camera.color is None and _aligning(effects):
+        return camera
+    for effect in effects:
+        camera = effect.stored(camera)
+    return camera
 
-    pose: NDArray[np.float64]
-    motion: Motion
-    seed: int | Seed = 0
-    index: int = 0
-    stamp: float = 0.0
-    threads: int = 1
-    scratch: Scratch = field(default_factory=Scratch)
+
+def camera_for(stored: Camera, effects: Sequence[Effect]) -> Camera:
+    """The camera to give a sensor whose pictures are to be those of ``stored``: what undoes :func:`stored_camera`.
+
+    A camera that does not say that it is aligned is so by the effect's parameters, and its pictures stay as they are.
+    """
+    effects = acting(effects)
+    if not stored.aligned and _aligning(effects):
+        return _without_color(stored)
+    for effect in reversed(effects):
+        stored = effect.imager(stored)
+    return stored
+
+
+def _aligning(effects: Sequence[Effect]) -> list[Effect]:
+    return [effect for effect in effects if effect.moves_camera]
+
+
+@lru_cache(maxsize=8)
+def _without_color(camera: Camera) -> Camera:
+    return camera if camera.color is None else camera.model_copy(update={"color": None})
 
 
 @dataclass(frozen=True)
 class Pipeline:
-    """A camera in a scene. The effects that its methods take are ordered by :func:`acting`.
+    """The camera that measures, in a scene. The effects that its methods take are those of :func:`all_of`, in order.
 
-    Where the pictures are aligned to colour, by the camera or by an effect, the left imager is cast and measured.
+    Poses are of the pictures that are stored: where those are aligned to colour, the colour camera's.
+    caster: or the image that stands for the scene; None where nothing is cast.
     """
 
-    caster: Caster
+    caster: Caster | Seen | None
     camera: Camera
     materials: Materials
+    scene: Surfaces
 
-    def all_of(self, effects: Sequence[Effect]) -> Sequence[Effect]:
-        """The effects, with the resampling that an aligned camera brings."""
-        if not self.camera.aligned or any(isinstance(effect, AlignToColor) for effect in effects):
-            return effects
-        return [*effects, AlignToColor()]
-
-    def measuring(self, effects: Sequence[Effect]) -> Camera:
-        """The camera that measures."""
-        camera = self.camera
-        for effect in effects:
-            camera = effect.camera_of(camera)
-        return camera.left
-
-    def place_of(self, effects: Sequence[Effect], pose: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(4, 4) the pose of the camera that measures, where that of the pictures is ``pose``."""
-        color = self.measuring(effects).color
-        aligns = any(isinstance(effect, AlignToColor) for effect in self.all_of(effects))
-        return pose @ np.linalg.inv(color.pose) if aligns and color is not None else pose
-
-    def cast_bent(
+    def cast(
         self, effects: Sequence[Effect], exposure: Exposure, *, right: bool, out: Geometry | None = None
     ) -> Geometry:
-        """What the rays meet that :func:`bending` effects have bent. out: an earlier result, to be written over."""
-        effects = self.all_of(effects)
-        e, camera = exposure, self.measuring(effects)
+        """What the rays meet, those that are :func:`bending` have bent. out: an earlier result, to be written over."""
+        if self.caster is None:
+            raise ValueError("there is no scene to cast rays into")
+        e, camera, bent = exposure, self.camera, bending(effects)
+        if not bent:
+            return self.caster.cast(camera, e.pose, right=right, threads=e.threads, out=out)
         view = View(e.pose, camera.rays, camera, e.motion, e.seed, e.index, e.stamp, e.threads, e.scratch)
-        for effect in bending(effects):
+        for effect in bent:
             effect.bend(view)
         # A batch of one, whether there is a pose a frame or a pose a row, so that the same memory fits both.
         poses = view.pose[None]
@@ -133,29 +160,56 @@ class Pipeline:
         geometry: Geometry,
         depth: NDArray[np.float32],
         exposure: Exposure,
-        out: NDArray[np.uint16] | None = None,
-    ) -> NDArray[np.uint16]:
-        """(height, width) the frame as the camera stores it, once the effects that bend no rays have acted.
+        past: Past | None = None,
+    ) -> Frame:
+        """The frame once the effects that bend no rays have acted.
 
-        As :meth:`measured`. out: memory for the result.
+        geometry: what the rays met. depth: (height, width) float32 what the effects begin with [m], changed in place
+        into what is stored, before it was rounded; where effects resize the picture, ``depth`` of the frame is another.
+        past: gives the frames before, to effects that look back.
         """
-        depth = self.measured(effects, geometry, depth, exposure)
-        return to_depth_raw(depth, self.camera, exposure.threads, out)
-
-    def measured(
-        self, effects: Sequence[Effect], geometry: Geometry, depth: NDArray[np.float32], exposure: Exposure
-    ) -> NDArray[np.float32]:
-        """(height, width) float32 what is stored, before it is rounded [m].
-
-        geometry: what the rays met. depth: float32, of its size: what the effects begin with [m]. It is changed in
-        place and is the result, unless the pictures are aligned to colour.
-        """
-        effects, e = self.all_of(effects), exposure
-        frame = Frame(
-            depth, geometry, self.measuring(effects), self.caster.scene, self.materials, e.motion, e.seed, e.index,
-            e.stamp, e.threads, e.scratch,
-        )  # fmt: skip
-        for effect in effects:
+        frame = self._frame(geometry, depth, exposure)
+        finishing = after_camera(effects)
+        for effect in in_camera(effects):
             if effect.stage > Stage.OPTICS:
                 effect.apply(frame)
-        return frame.depth
+        if finishing:
+            self._finish(frame, exposure, past if any(e.looks_back for e in finishing) else None)
+            self._process(frame, finishing, exposure, past)
+        return frame
+
+    def store(self, frame: Frame, out: NDArray[np.uint16] | None = None) -> NDArray[np.uint16]:
+        """(height, width) a frame as the camera stores it. out: memory for the result."""
+        return to_depth_raw(frame.depth, frame.camera, frame.threads, out)
+
+    def _frame(self, geometry: Geometry, depth: NDArray[np.float32], e: Exposure) -> Frame:
+        return Frame(
+            depth, geometry, self.camera, self.scene, self.materials, e.motion, e.seed, e.index, e.stamp, e.threads,
+            e.scratch,
+        )  # fmt: skip
+
+    def _finish(self, frame: Frame, exposure: Exposure, past: Past | None) -> None:
+        """Round to whole units: what is done to a picture after it has left the camera is done to those."""
+        raw = self.store(frame, None if past else frame.empty(np.uint16))
+        if past:
+            past.keep(exposure, raw)
+        _to_metres(raw, self.camera, frame.depth)
+
+    def _process(self, frame: Frame, effects: Sequence[Effect], exposure: Exposure, past: Past | None) -> None:
+        for number, effect in enumerate(effects):
+            if effect.looks_back and past is not None:
+                frame.before = partial(self._earlier, effects[:number], exposure, past)
+            effect.apply(frame)
+
+    def _earlier(self, effects: Sequence[Effect], now: Exposure, past: Past, count: int) -> Iterator[Frame]:
+        """The frames before one, with those of the effects on the finished picture that have acted so far."""
+        for back in range(min(count, now.index), 0, -1):
+            raw = past.picture(now, back)
+            if raw is None:
+                continue
+            then = replace(now, index=now.index - back, scratch=now.scratch.inner())
+            depth = then.scratch.empty(raw.shape)
+            _to_metres(raw, self.camera, depth)
+            frame = self._frame(Geometry.empty((0, 0), right=False), depth, then)
+            self._process(frame, effects, then, past)
+            yield frame

@@ -2,9 +2,10 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,31 +13,52 @@ from numpy.typing import NDArray
 from depthsim.camera import Camera
 from depthsim.errors import InputError
 from depthsim.materials import Materials, load_materials
-from depthsim.parallel import core_count
+from depthsim.parallel import core_count, run_threads
 from depthsim.presets import load_camera
 from depthsim.raycast import Caster, Geometry
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
 from depthsim.scratch import Scratch
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.exposure import Exposure
+from depthsim.sensor.frame import Frame
+from depthsim.sensor.given import as_depth, as_tags
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import Exposure, Pipeline, acting, bending, storing, to_depth_raw
+from depthsim.sensor.past import Past
+from depthsim.sensor.pipeline import Pipeline, acting, all_of, bending, in_camera, measuring_camera, stored_camera
 from depthsim.sensor.profile import Profile, load_profile
+from depthsim.sensor.seen import Seen
 from depthsim.stereo.stereo import Stereo
+
+_NOWHERE = Scene("nowhere", np.empty((0, 3)), np.empty((0, 3), np.uint32), np.empty(0, np.uint8), ())
+_LEVEL = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+"""A camera that looks along the world's x, z up."""
+_KEPT = 64
+"""Frames of which the pictures are kept for those after them, where effects look back."""
 
 
 @dataclass(frozen=True)
-class Measurement:
+class Stored:
+    """What the sensor gives for one frame, or for N.
+
+    camera: of the pictures: the sensor's own, or another one where effects decimate them or align them to colour.
+    depth_raw: (height, width) uint16, depth in units of camera.depth_scale; 0 is a hole, 65535 too far.
+    depth: (height, width) float32, the same before it was rounded [m]. Both are (N, height, width) for N frames.
+    """
+
+    camera: Camera
+    depth_raw: NDArray[np.uint16]
+    depth: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Measurement(Stored):
     """What the sensor gives for one pose.
 
-    depth_raw: (height, width) uint16, depth in units of camera.depth_scale; 0 is a hole, 65535 too far.
-    depth: (height, width) float32, the same before it was rounded [m].
     given: ``clean``, or what casts it.
     left, right: (height, width) uint8, the infrared images that active stereo has matched; None for other sensors.
     """
 
-    depth_raw: NDArray[np.uint16]
-    depth: NDArray[np.float32]
     given: Geometry | Callable[[], Geometry]
     left: NDArray[np.uint8] | None = None
     right: NDArray[np.uint8] | None = None
@@ -45,8 +67,8 @@ class Measurement:
     def clean(self) -> Geometry:
         """The geometry as it is, along the rays and from the pose that the camera believes in.
 
-        Where effects bend the rays or move the camera the frame is made without it; then it is cast when it is first
-        asked for.
+        Where effects bend the rays, move the camera or resize the picture, the frame is made without it; then it is
+        cast when it is first asked for.
         """
         return self.given() if callable(self.given) else self.given
 
@@ -57,15 +79,16 @@ class Measurement:
 
 
 class Sensor:
-    """Measures depth in a scene.
+    """Measures depth in a scene, or makes measured depth of the clean one that another simulator has.
 
         Sensor("office", camera="d435", profile="paper").measure(pose).depth_raw
+        Sensor(profile="d435").apply(depth, camera).depth_raw
 
     scene: the name of a built-in scene, the path of one, a :class:`~depthsim.scene.Scene`, or a
-    :class:`~depthsim.raycast.Caster` where there is one already. camera: a preset, the path of a camera.yaml, or a
-    :class:`~depthsim.camera.Camera`; by default the profile's, or a D435. profile: a name, a path, a
-    :class:`~depthsim.sensor.Profile`, or effects alone; ``()`` is a perfect camera. materials: those that come with
-    depthsim, a path, or :class:`~depthsim.materials.Materials`.
+    :class:`~depthsim.raycast.Caster` where there is one already; None for :meth:`apply` alone. camera: a preset, the
+    path of a camera.yaml, or a :class:`~depthsim.camera.Camera`; by default the profile's, or a D435. profile: a name,
+    a path, a :class:`~depthsim.sensor.Profile`, or effects alone; ``()`` is a perfect camera. materials: those that
+    come with depthsim, a path, or :class:`~depthsim.materials.Materials`.
 
     The order of the effects is the physical one (:func:`~depthsim.sensor.effect.physical_order`), whatever the order
     in which they were given. Effects at their neutral value are left out. A profile of active stereo renders and
@@ -77,30 +100,42 @@ class Sensor:
 
     def __init__(
         self,
-        scene: str | Path | Scene | Caster,
+        scene: str | Path | Scene | Caster | None = None,
         camera: str | Path | Camera | None = None,
         profile: str | Path | Profile | Sequence[Effect] = "paper",
         materials: str | Path | Materials | None = None,
     ) -> None:
         self.materials, self.profile = load_materials(materials), load_profile(profile)
-        self.effects = acting(self.profile.effects)
-        self.camera = storing(load_camera(camera or self.profile.camera or "d435"), self.effects)
-        self.caster = scene if isinstance(scene, Caster) else Caster(load_scene(scene, materials=self.materials))
-        self._check_tags()
-        self._pipeline = Pipeline(self.caster, self.camera, self.materials)
-        self.effects = list(self._pipeline.all_of(self.effects))
+        self.camera = load_camera(camera or self.profile.camera or "d435")
+        self.effects = all_of(self.camera, self.profile.effects)
         bent, settings = bending(self.effects), self.profile.stereo
         if settings is not None and (wrong := [effect for effect in bent if not effect.moves_camera]):
             raise InputError("sensor profile", wrong[0].id, "cannot follow active_stereo", "leave that effect out")
-        self._left = self._pipeline.measuring(self.effects)
-        self._stereo = Stereo(self.caster, self._left, settings, self.materials) if settings is not None else None
+        self._caster: Caster | None = None
+        if scene is not None:
+            self._caster = scene if isinstance(scene, Caster) else Caster(load_scene(scene, materials=self.materials))
+        self._check_tags()
+        eye, caster = measuring_camera(self.camera, self.effects), self._caster
+        self._pipeline = Pipeline(caster, eye, self.materials, caster.scene if caster else _NOWHERE)
+        self._stereo = Stereo(caster, eye, settings, self.materials) if settings and caster else None
         self._bends, self._asks_right = bool(bent), any(effect.needs_right for effect in self.effects)
+        self.stored_camera = stored_camera(self.camera, self.effects)
+        self._resizes = self.stored_camera.shape != eye.shape
+        self.looks_back = sum(effect.looks_back for effect in self.effects)
+        self._past = Past(self._take_raw, self.camera.rate, _KEPT) if self.looks_back else None
         self._own = threading.local()
+
+    @property
+    def caster(self) -> Caster:
+        """The scene's."""
+        if self._caster is None:
+            raise InputError("sensor", "", "has no scene to measure in", "give `scene`, or use apply(depth)")
+        return self._caster
 
     def _check_tags(self) -> None:
         """Raise :class:`InputError` where the scene or an effect names a tag that is no material."""
-        scene = self.caster.scene
-        places = [(str(scene.source or scene.name), "", tag) for tag in scene.tags]
+        scene = self._caster.scene if self._caster else None
+        places = [(str(scene.source or scene.name), "", tag) for tag in scene.tags] if scene else []
         places += [("sensor profile", effect.id, tag) for effect in self.effects for tag in effect.material_tags]
         for file, place, tag in places:
             if tag not in self.materials:
@@ -124,28 +159,153 @@ class Sensor:
         numbers. stamp: when the frame is taken [s]. motion: the camera's path around ``stamp``, for effects of motion
         and time; it stands still without. out: an earlier result of the same camera, to be written over.
         """
-        threads = threads or core_count()
-        if out is not None and out.depth.shape != self.camera.shape:
-            raise ValueError(f"out has pictures of {out.depth.shape}, the camera of {self.camera.shape}")
+        threads, stored = threads or core_count(), self.stored_camera
+        if out is not None and out.depth.shape != stored.shape:
+            raise ValueError(f"out has pictures of {out.depth.shape}, the camera of {stored.shape}")
         pose = np.array(pose, np.float64)  # a copy, because the caller may change his before ``clean`` is asked for
         motion = motion or Motion.still(pose)
         exposure = Exposure(pose, motion, seed, index, stamp, threads, Scratch.of_thread(self._own))
-        right, before = self._asks_right and not self._bends, out.cast_already if out else None
-        cast = partial(self.caster.cast, self.camera, pose, right=right, threads=threads, out=before)
+        apart, before = self._bends or self._resizes, out.cast_already if out else None
+        right = self._asks_right and not apart
+        cast = partial(self.caster.cast, stored, pose, right=right, threads=threads, out=before)
         given: Geometry | Callable[[], Geometry] = cast
-        if self._bends:
+        if apart:
             met = getattr(self._own, "met", None)
-            met = self._own.met = self._pipeline.cast_bent(self.effects, exposure, right=self._asks_right, out=met)
+            met = self._own.met = self._pipeline.cast(self.effects, exposure, right=self._asks_right, out=met)
         else:
             given = met = cast()
-        left = right_image = None
+        whole = exposure.scratch.empty(self._pipeline.camera.shape) if self._resizes else None
+        depth = out.depth if out else np.empty(stored.shape, np.float32)
+        frame, left, right_image = self._take(self.effects, met, depth if whole is None else whole, exposure)
+        if frame.depth is not depth:
+            depth[:] = frame.depth
+        raw = self._pipeline.store(frame, out.depth_raw if out else None)
+        return Measurement(stored, raw, depth, given, left, right_image)
+
+    def _take(
+        self, effects: Sequence[Effect], met: Geometry, depth: NDArray[np.float32], exposure: Exposure
+    ) -> tuple[Frame, NDArray[np.uint8] | None, NDArray[np.uint8] | None]:
+        """The frame, made in the memory of ``depth``, and the images that it was matched from."""
+        left = right = None
+        e = exposure
         if self._stereo is not None:
-            place = self._pipeline.place_of(self.effects, pose)
-            depth, left, right_image = self._stereo.measure(place, seed, index, threads)
+            depth[:], left, right = self._stereo.measure(self._place(e.pose), e.seed, e.index, e.threads)
         else:
-            own = out.depth if out else np.empty(self.camera.shape, np.float32)
-            depth = own if self._left is self.camera else exposure.scratch.empty(self._left.shape)
             depth[:] = met.depth
-        depth = self._pipeline.measured(self.effects, met, depth, exposure)
-        stored = to_depth_raw(depth, self.camera, threads, out.depth_raw if out else None)
-        return Measurement(stored, depth, given, left, right_image)
+        return self._pipeline.apply(effects, met, depth, exposure, self._past), left, right
+
+    def _place(self, pose: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(4, 4) the pose of the camera that measures, where that of the pictures is ``pose``."""
+        color = self._pipeline.camera.color
+        aligns = any(effect.moves_camera for effect in self.effects)
+        return pose @ np.linalg.inv(color.pose) if aligns and color is not None else pose
+
+    def _take_raw(self, exposure: Exposure) -> NDArray[np.uint16]:
+        """(height, width): the frame before anything is done to the finished picture."""
+        met = self._own.past = self._pipeline.cast(
+            self.effects, exposure, right=self._asks_right, out=getattr(self._own, "past", None)
+        )
+        depth = exposure.scratch.empty(self._pipeline.camera.shape)
+        return self._pipeline.store(self._take(in_camera(self.effects), met, depth, exposure)[0])
+
+    def apply(
+        self,
+        depth: Any,
+        camera: str | Path | Camera | None = None,
+        *,
+        tag: Any = None,
+        tags: Sequence[str] = ("cement",),
+        index: int | Sequence[int] = 0,
+        seed: int | Sequence[int] = 0,
+        motion: Motion | Sequence[Motion] | None = None,
+        stamps: Sequence[float] | None = None,
+        threads: int | None = None,
+    ) -> Stored:
+        """What the camera would store of clean depth from any simulator.
+
+        depth: (height, width) or (N, height, width) floats [m] along the optical axis, 0 where there is nothing: NumPy,
+        or what has DLPack or ``__array__``, as a torch tensor on the CPU. camera: of that depth; the sensor's own by
+        default. tag: whole numbers of one frame's shape or of all, of each pixel the material in ``tags``; the first
+        one everywhere by default.
+
+        N frames follow each other: their numbers go on from ``index``, and their stamps [s] by the camera's rate. N
+        cameras at one moment are given by a ``seed`` and an ``index`` for each. Random numbers depend on both, as of
+        :meth:`measure`; filters in time look back at the frames of this call that have the same seed.
+        motion: where the camera is in time, or each one's, for effects of motion, time and sunlight; without it cameras
+        stand, and look along the world's x.
+
+        Incidence, the right imager's view, and what bent rays or a moved camera meet are worked out from the depth, as
+        of :class:`~depthsim.sensor.seen.Seen`. With ``align_to_color`` the depth and the motion are the left imager's,
+        and what is stored are pictures of its ``color``. Raises :class:`InputError` for arrays that are no depth, for a
+        camera that is aligned already, as they do not show its left imager's view, and for active stereo, which needs
+        the scene.
+        """
+        eye, effects = load_camera(camera) if camera is not None else self.camera, acting(self.profile.effects)
+        if self.profile.stereo is not None:
+            raise InputError("sensor profile", "", "is active stereo, which takes the scene", "give one of effects")
+        if eye.aligned:
+            fix = "give the left imager's depth and camera, with the colour camera as `color`, and align_to_color"
+            raise InputError(eye.name, "aligned", "is true: the left imager measures, and its view is not given", fix)
+        if eye.color is None and (aligning := [effect for effect in effects if effect.moves_camera]):
+            fix = "write the colour camera's intrinsics and its pose there"
+            raise InputError(eye.name, "color", f"is not given, and {aligning[0].id} needs it", fix)
+        frames, single = as_depth(depth, eye)
+        ids, names = as_tags(tag, tags, frames.shape), tuple(tags)
+        for name in names:
+            if name not in self.materials:
+                raise InputError("tags", "", f"there is no material {name!r}", f"name {', '.join(self.materials.tags)}")
+        count, threads = len(frames), threads or core_count()
+        exposures = self._exposures(count, eye.rate, index, seed, motion, stamps, threads if count == 1 else 1)
+        places = {(e.seed, e.index): k for k, e in enumerate(exposures)}
+        pipeline, stored = replace(self._pipeline, camera=eye), stored_camera(eye, effects)
+
+        def take(k: int, effects: Sequence[Effect], scratch: Scratch, past: Past | None) -> Frame:
+            exposure = replace(exposures[k], scratch=scratch)
+            seen = Seen(frames[k], eye, ids[k], names, exposure.pose, exposure.threads)
+            own = replace(pipeline, caster=seen, scene=seen)
+            # The poses are those of the camera that the depth is of: no effect is to go there from the colour camera.
+            met = own.cast([e for e in effects if not e.moves_camera], exposure, right=self._asks_right)
+            picture = scratch.empty(eye.shape)
+            picture[:] = met.depth
+            return own.apply(effects, met, picture, exposure, past)
+
+        def raw(e: Exposure) -> NDArray[np.uint16] | None:
+            k = places.get((e.seed, e.index))
+            return None if k is None else pipeline.store(take(k, in_camera(effects), e.scratch, None))
+
+        past = Past(raw, eye.rate, max(count, _KEPT)) if self._past is not None else None
+        out = Stored(stored, np.empty((count, *stored.shape), np.uint16), np.empty((count, *stored.shape), np.float32))
+
+        def work(part: int) -> None:
+            for k in range(part * count // parts, (part + 1) * count // parts):
+                frame = take(k, effects, Scratch.of_thread(self._own), past)
+                out.depth[k] = frame.depth
+                pipeline.store(frame, out.depth_raw[k])
+
+        parts = min(threads, count)
+        run_threads(work, parts)
+        return Stored(stored, out.depth_raw[0], out.depth[0]) if single else out
+
+    def _exposures(
+        self,
+        count: int,
+        rate: float,
+        index: int | Sequence[int],
+        seed: int | Sequence[int],
+        motion: Motion | Sequence[Motion] | None,
+        stamps: Sequence[float] | None,
+        threads: int,
+    ) -> list[Exposure]:
+        def each(name: str, values: Sequence[Any]) -> Sequence[Any]:
+            if len(values) != count:
+                raise InputError(name, "", f"has {len(values)} values for {count} frames", "give one for each frame")
+            return values
+
+        numbers = [index + k for k in range(count)] if isinstance(index, int) else each("index", index)
+        seeds = [seed] * count if isinstance(seed, int) else each("seed", seed)
+        motions = each("motion", motion) if isinstance(motion, Sequence) else [motion or Motion.still(_LEVEL)] * count
+        times = [number / rate for number in numbers] if stamps is None else each("stamps", stamps)
+        return [
+            Exposure(m.at(time)[0], m, int(own), int(number), float(time), threads)
+            for m, own, number, time in zip(motions, seeds, numbers, times, strict=True)
+        ]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.coloring import albedo_of
-from depthsim.draws import Draws
+from depthsim.draws import Draws, Seed
 from depthsim.materials import Materials
 from depthsim.parallel import split
 from depthsim.raycast import Caster, Geometry
@@ -41,7 +41,7 @@ class Renderer:
             self._looks[index] = material.ir_reflectance, material.gloss, _TEXTURE * material.texture
 
     def render(
-        self, pose: NDArray[np.float64], seed: int, index: int, threads: int
+        self, pose: NDArray[np.float64], seed: int | Seed, index: int, threads: int
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """The left and the right image, (height, width) uint8, of frame ``index`` at ``pose`` (4, 4)."""
         settings, camera = self.settings, self.camera
@@ -56,7 +56,7 @@ class Renderer:
         )  # fmt: skip
         return left, right
 
-    def _light(self, side: int, pose: NDArray[np.float64], seed: int, threads: int) -> NDArray[np.float32]:
+    def _light(self, side: int, pose: NDArray[np.float64], seed: int | Seed, threads: int) -> NDArray[np.float32]:
         """(height, width) irradiance on one imager [W/m²]."""
         eye, light, scene = self._eyes[side], self.settings.light, self.caster.scene
         offset = side * self.camera.baseline

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
+from depthsim.draws import Seed
 from depthsim.materials import Materials
 from depthsim.raycast import Caster
 from depthsim.stereo.matcher import Matcher, to_depth
@@ -24,7 +25,7 @@ class Stereo:
         self._matchers = threading.local()
 
     def measure(
-        self, pose: NDArray[np.float64], seed: int, index: int, threads: int
+        self, pose: NDArray[np.float64], seed: int | Seed, index: int, threads: int
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.uint8]]:
         """(height, width) each: depth [m], 0 for a hole, and the left and the right image it was matched from.
 

@@ -112,9 +112,13 @@ def test_the_base_is_the_simulator():
     assert np.isnan(a).mean() == pytest.approx(np.isnan(b).mean(), abs=0.002)
 
 
+WITHOUT = {"threshold_filter", "decimation", "temporal_filter", "hole_filling"}
+"""The driver's filters that no withheld case is made of yet: they have no second formula."""
+
+
 def test_there_are_formulas_for_every_effect_of_the_bank():
-    assert set(formulas.FORMULAS) == set(effect_ids())
-    assert set(RIGHT_AXES) == set(effect_ids()) - {"fill_rate"}
+    assert set(formulas.FORMULAS) == set(effect_ids()) - WITHOUT
+    assert set(RIGHT_AXES) == set(effect_ids()) - {"fill_rate"} - WITHOUT
     assert all(effect_class(name).axes[0] in axes for name, axes in RIGHT_AXES.items())
     assert all(len(kinds) >= 2 for kinds in formulas.FORMULAS.values())
     assert not set(formulas.OUTSIDE) & set(effect_ids())
@@ -179,7 +183,7 @@ def test_strengths_are_ordered_by_what_they_change():
 
 def test_plans_begin_with_a_bit_of_everything():
     tier_a = [case for case, _ in zip(planned("a"), range(93), strict=False)]
-    assert {case.effects[0] for case in tier_a} == set(effect_ids())
+    assert {case.effects[0] for case in tier_a} == set(effect_ids()) - WITHOUT
     assert len({case.name for case in tier_a}) == 93
     assert all(len(set(case.effects)) in (2, 3) for case, _ in zip(planned("c"), range(30), strict=False))
     cheap = list(slice_cases())

@@ -31,7 +31,7 @@ WANTED = {
     "thermal_drift", "incidence_noise", "lateral_noise", "vignetting_noise", "motion_noise", "spatial_correlation",
     "temporal_correlation", "heavy_tails", "stereo_shadow", "incidence_dropout", "range_dropout", "material_dropout",
     "specular_dropout", "ambient_light", "min_range", "max_range", "invalid_band", "flying_pixels", "edge_fattening",
-    "spatial_filter", "pose_noise", "fixed_pattern", "align_to_color",
+    "spatial_filter", "pose_noise", "fixed_pattern", "decimation", "temporal_filter", "hole_filling", "align_to_color",
 }
 # fmt: on
 """The ids that files and other programs rely on."""
@@ -98,7 +98,7 @@ def effects(draw: st.DrawFn) -> Effect:
 
 
 def test_every_effect_that_was_promised_is_there() -> None:
-    assert set(effect_ids()) >= WANTED and len(WANTED) == 34
+    assert set(effect_ids()) >= WANTED and len(WANTED) == 37
 
 
 @pytest.mark.parametrize("effect_id", effect_ids())
@@ -190,12 +190,14 @@ STRENGTHS: dict[str, tuple[str, list[float], Any]] = {
     "spatial_filter": ("alpha", [0.9, 0.6, 0.3], smoothness),
     "pose_noise": ("translation", [0.001, 0.01, 0.1], spread),
     "fixed_pattern": ("amplitude", [0.02, 0.1, 0.5], spread),
+    "decimation": ("factor", [2, 4, 8], lambda m: 1 / m.depth.size),
+    "temporal_filter": ("alpha", [0.9, 0.6, 0.3], memory),
     "align_to_color": ("x", [-0.015, -0.03, -0.06], holes),
 }
-"""Of every effect, a parameter from weak to strong, and the statistic that it moves."""
+"""Of every effect but hole_filling a parameter from weak to strong, and the statistic that it moves."""
 
 
-@pytest.mark.parametrize("effect_id", sorted(WANTED))
+@pytest.mark.parametrize("effect_id", sorted(WANTED - {"hole_filling"}))
 def test_the_stronger_the_more(effect_id: str) -> None:
     name, values, statistic = STRENGTHS[effect_id]
     kind = effect_class(effect_id)
@@ -252,7 +254,7 @@ def test_any_set_of_effects_composes(
     measured = measure(*chosen, index=index, threads=1)
     assert np.isfinite(measured.depth).all() and (measured.depth >= 0).all()
     assert not measured.depth_raw[measured.depth == 0].any()
-    assert np.array_equal(measured.clean.depth, measure().clean.depth)
+    assert np.array_equal(measured.clean.depth, ROOM.cast(measured.camera, MOTION.at(1.0)[0]).depth)
     shuffled = random.sample(chosen, len(chosen))
     assert same(measured, measure(*shuffled, index=index, threads=3))
     profile = Profile(name="any", effects=tuple(chosen))
@@ -266,7 +268,7 @@ def test_all_effects_at_once_are_the_same_bytes_in_any_order_and_on_any_threads(
     first = measure(*everything, threads=1)
     assert same(first, measure(*everything[::-1], threads=3))
     assert same(first, measure(*everything, threads=2, out=measure(*everything, index=7)))
-    assert 0.1 < (first.depth > 0).mean() < 0.95 and not same(first, measure(*everything, index=31))
+    assert 0.1 < (first.depth > 0).mean() < 0.98 and not same(first, measure(*everything, index=31))
 
 
 @pytest.mark.parametrize("name", ["d435", "d415", "d455"])

@@ -100,7 +100,7 @@ def test_a_finer_picture_has_its_pixels_doubled() -> None:
     eye = preset("d435", 424, 240)
     aligned = Sensor(Caster(as_scene(wall(1.0))), eye, (DisparityNoise(sigma=0.1), AlignToColor()), MATERIALS)
     depth = aligned.measure(np.eye(4)).depth_raw
-    assert aligned.camera == eye.aligned_to_color()
+    assert aligned.stored_camera == eye.aligned_to_color()
     inner = depth[20:-20, 20:-20]
     assert (inner > 0).all()
     # 1.38 pixels for each: with both ends, 1 + 1.38 of them, of which the nearest stays.

@@ -17,7 +17,7 @@ from depthsim.materials import load_materials
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Sensor, effect_class, effect_ids, load_profile
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import acting
+from depthsim.sensor.pipeline import acting, camera_for
 from depthsim.sensor.profile import profile_names
 from depthsim.trajectory import Trajectory
 
@@ -43,7 +43,8 @@ def agree(effects: list[Effect], kind: str, seed: int = 7) -> None:
     """The sensor's frame and the diagnosis', of a camera that moves; and the diagnosis' again, by casts it has kept."""
     materials, pose = load_materials(), MOVING.at(STAMP)[0]
     keys = {"index": INDEX, "stamp": STAMP, "seed": seed, "motion": MOVING}
-    seen = Sensor(caster(kind), CAMERA, effects, materials).measure(pose, **keys)
+    imager = camera_for(CAMERA, effects)
+    seen = Sensor(caster(kind), imager, effects, materials).measure(pose, **keys)
     none = np.empty(0, np.float32)
     met = caster(kind).cast(CAMERA, pose, right=True)
     frame = CleanFrame(INDEX, STAMP, pose, CAMERA, CAMERA.rows, met, none, none, np.empty((0, 0), np.uint16))

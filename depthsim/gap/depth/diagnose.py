@@ -30,7 +30,7 @@ from depthsim.gap.report.folder import check_report_folder
 from depthsim.materials import Materials
 from depthsim.runs.folder import Run
 from depthsim.scene import Scene
-from depthsim.sensor.effect import Effect
+from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.effects.fixed_pattern import FixedPattern
 from depthsim.sensor.effects.pose_noise import PoseNoise
@@ -95,8 +95,10 @@ def investigate(
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
     say("casting the scene")
     given, profile = load_evidence(run, scene, sensor, materials, threads, config)
-    if given.camera.aligned or given.rows < given.camera.height:  # as its simulations are, too; or in bands of rows
+    if given.camera.aligned:  # as its simulations are, too
         without = (*without, AlignToColor.id)
+    if given.rows < given.camera.height:  # bands of rows are not resampled
+        without = (*without, *(name for name in effect_ids() if effect_class(name).resizes()))
 
     # Is there a gap?
     say("measuring the gap")

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from depthsim.camera import Camera, undistort
 from depthsim.kernels import inlined, kernel
+from depthsim.raycast import Geometry
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.view import View
@@ -86,6 +87,11 @@ def _aligned(camera: Camera, x: float, zoom: float) -> Camera:
     return camera.model_copy(update={"color": color, "aligned": True, "depth": left})
 
 
+@lru_cache(maxsize=8)
+def _into_color(camera: Camera) -> Camera:
+    return camera.aligned_to_color()
+
+
 class AlignToColor(Effect):
     """Depth resampled into the colour camera: each pixel is projected as a rectangle, and the nearest one wins.
 
@@ -121,9 +127,9 @@ class AlignToColor(Effect):
         """Whether nothing is aligned: no colour camera has so wide a lens."""
         return self.zoom < _WIDEST
 
-    def camera_of(self, camera: Camera) -> Camera:
-        """The camera as an aligned one."""
-        return camera if camera.aligned else _aligned(camera, self.x, self.zoom)
+    def stored(self, camera: Camera) -> Camera:
+        """The camera as an aligned one: to its own colour camera, or to the one that the parameters put beside it."""
+        return _aligned(camera, self.x, self.zoom) if camera.color is None else _into_color(camera)
 
     def bend(self, view: View) -> None:
         """From the colour camera's pose to that of the left imager, whose rays are cast."""
@@ -139,4 +145,4 @@ class AlignToColor(Effect):
         pose = np.concatenate([to[:3, :3].reshape(-1), to[:3, 3]]).astype(np.float32)
         lens = np.array([color.fx, color.fy, color.cx, color.cy, *color.distortion], np.float32)
         _resample(frame.depth, *_corner_rays(camera), pose, lens, _f(camera.depth_scale), out)
-        frame.replace_depth(out)
+        frame.resize(out, self.stored(camera), Geometry.empty((0, 0), right=False))

@@ -13,7 +13,8 @@ _ZERO = np.float32(0)
 
 
 @kernel
-def _keep_between(start, stop, least, most, depth):
+def keep_between(start, stop, least, most, depth):  # noqa: ANN201 - numba
+    """Depths that are nearer than ``least`` or farther than ``most`` become holes."""
     z = depth[start:stop]
     for i in range(z.size):
         z[i] = z[i] if (z[i] >= least) & (z[i] <= most) else _ZERO
@@ -87,7 +88,7 @@ class MinRange(Effect):
     def apply(self, frame: Frame) -> None:
         """Set what is nearer to 0."""
         if self.softness == 0 and self.error == 1:
-            frame.run(_keep_between, np.float32(self.depth), np.float32(np.inf), frame.depth.reshape(-1))
+            frame.run(keep_between, np.float32(self.depth), np.float32(np.inf), frame.depth.reshape(-1))
         else:
             frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error) < 0] = 0
 
@@ -122,6 +123,6 @@ class MaxRange(Effect):
     def apply(self, frame: Frame) -> None:
         """Set what is farther to 0."""
         if self.softness == 0 and self.error == 1:
-            frame.run(_keep_between, _ZERO, np.float32(self.depth), frame.depth.reshape(-1))
+            frame.run(keep_between, _ZERO, np.float32(self.depth), frame.depth.reshape(-1))
         else:
             frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error) > 0] = 0

@@ -67,7 +67,10 @@ class Evidence:
         self.blocks = select_frames(len(run), run.camera.width, config.data)
         if len(self.blocks) < 2:
             raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to validate", "give 2 or more")
-        windows = select_rows(self.blocks, run.camera, self._parts, config.data)
+        resized = any(effect.resizes() for effect in acting(base))
+        windows = [run.camera] * len(self.blocks)
+        if not resized:
+            windows = select_rows(self.blocks, run.camera, self._parts, config.data)
         self.windows = {int(i): window for window, block in zip(windows, self.blocks, strict=True) for i in block}
         self.rows = windows[0].height
         self.stride = max(1, round(self.rows * run.camera.width / config.data.pixels_of_frame))

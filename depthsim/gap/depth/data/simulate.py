@@ -6,49 +6,89 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.camera import Camera
 from depthsim.draws import Seed
 from depthsim.gap.depth.data.frames import CleanFrame
 from depthsim.materials import Materials
 from depthsim.raycast import Caster, Geometry
 from depthsim.scratch import Scratch
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.exposure import Exposure
+from depthsim.sensor.frame import Frame
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import Exposure, Pipeline, bending
+from depthsim.sensor.past import Past
+from depthsim.sensor.pipeline import Pipeline, all_of, bending, camera_for, in_camera, measuring_camera
 
 SPREAD, FITTING, LOCATING = Seed("spread"), Seed("fitting"), (Seed("locating", 0), Seed("locating", 1))
 """The seeds of the simulations that the measure of errors is from, that parameters are fitted by, and of the two that
 the gap is located by. No recording that is diagnosed can have been made by one of them."""
 _CASTS = 2
 """How many casts of bent rays are kept of a frame."""
+_KEPT = 1 << 28
+"""Bytes of pictures that are kept of frames before those that are looked at."""
 
 
 class Replay:
-    """A camera on its way through a scene; safe to be asked from many threads."""
+    """Cameras on their way through a scene; safe to be asked from many threads.
+
+    Where effects resize a frame's picture or align it, another camera than the frame's is cast and measured.
+    """
 
     def __init__(self, caster: Caster, materials: Materials, motion: Motion) -> None:
         self._caster, self._materials, self._motion = caster, materials, motion
         self._own = threading.local()
-        self._casts: dict[int, list[tuple[list[Effect], bool, Geometry]]] = {}
+        self._casts: dict[int, list[tuple[Camera, list[Effect], bool, Geometry]]] = {}
+        self._pasts: dict[Camera, tuple[list[Effect], list[Effect], Past]] = {}
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
-        """(rows, width) what is looked at of a frame, as a sensor with ``effects``, in :func:`acting` order, has it."""
-        scratch = Scratch.of_thread(self._own)
-        pipeline = Pipeline(self._caster, frame.camera, self._materials)
-        effects = pipeline.all_of(effects)
+        """(rows, width) what is looked at of a frame, as the sensor with ``effects`` stores it."""
+        camera = frame.camera
+        effects, scratch = all_of(camera, effects), Scratch.of_thread(self._own)
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch)
-        met = self._bent(pipeline, effects, exposure) if bending(effects) else frame.geometry
-        depth = scratch.empty(met.depth.shape)
-        depth[:] = met.depth
-        return pipeline.apply(effects, met, depth, exposure)
+        eye = measuring_camera(camera_for(camera, effects), effects)
+        pipeline = Pipeline(self._caster, eye, self._materials, self._caster.scene)
+        past = self._past_of(effects, pipeline) if any(effect.looks_back for effect in effects) else None
+        met = self._met(pipeline, effects, exposure, frame)
+        raw = pipeline.store(self._made(pipeline, effects, met, exposure, past))
+        return raw if raw.shape == camera.shape else np.ascontiguousarray(raw[: camera.height, : camera.width])
 
-    def _bent(self, pipeline: Pipeline, effects: Sequence[Effect], exposure: Exposure) -> Geometry:
-        """What bent rays meet. The last few casts for fitting are kept: the bank is tried on top of one bent sensor."""
-        own, right = bending(effects), any(effect.needs_right for effect in effects)
-        kept = self._casts.get(exposure.index, []) if exposure.seed == FITTING else []
-        for others, with_right, known in kept:
-            if others == own and (with_right or not right):
-                return known
-        met = pipeline.cast_bent(own, exposure, right=right)
-        if exposure.seed == FITTING:
-            self._casts[exposure.index] = [(own, right, met), *kept][:_CASTS]
+    def _made(
+        self, pipeline: Pipeline, effects: Sequence[Effect], met: Geometry, exposure: Exposure, past: Past | None
+    ) -> Frame:
+        depth = exposure.scratch.empty(met.depth.shape)
+        depth[:] = met.depth
+        return pipeline.apply(effects, met, depth, exposure, past)
+
+    def _met(
+        self, pipeline: Pipeline, effects: Sequence[Effect], exposure: Exposure, known: CleanFrame | None = None
+    ) -> Geometry:
+        """What rays meet. known: the frame, of whose own camera what straight ones meet is known.
+
+        The last few casts of bent rays for fitting are kept: the bank is tried on top of one bent sensor. Those of the
+        many more pixels that are decimated are not.
+        """
+        own, camera, right = bending(effects), pipeline.camera, any(effect.needs_right for effect in effects)
+        if known is not None and camera == known.camera and not own:
+            return known.geometry
+        keeps = known is not None and own and exposure.seed == FITTING and camera.width <= known.camera.left.width
+        kept = self._casts.get(exposure.index, []) if keeps else []
+        for eye, others, with_right, cast in kept:
+            if (eye, others) == (camera, own) and (with_right or not right):
+                return cast
+        met = pipeline.cast(effects, exposure, right=right)
+        if keeps:
+            self._casts[exposure.index] = [(camera, own, right, met), *kept][:_CASTS]
         return met
+
+    def _past_of(self, effects: Sequence[Effect], pipeline: Pipeline) -> Past:
+        """The frames before. They are kept while what the filters after them are fitted changes, and nothing else."""
+        making, bent, camera = in_camera(effects), bending(effects), pipeline.camera
+
+        def take(exposure: Exposure) -> NDArray[np.uint16]:
+            return pipeline.store(self._made(pipeline, making, self._met(pipeline, effects, exposure), exposure, None))
+
+        kept = self._pasts.get(camera)
+        if kept is None or kept[:2] != (making, bent):
+            most = max(_KEPT // (2 * camera.width * camera.height), 1)
+            kept = self._pasts[camera] = making, bent, Past(take, camera.rate, most)
+        return kept[2]

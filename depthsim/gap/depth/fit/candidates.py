@@ -24,9 +24,12 @@ def setting_of(
     tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
     quantiles = np.quantile(evidence.depths, Setting.SHARES).astype(float)
     stamps = [frame.stamp for frame in evidence.frames.values()]
-    span = max(stamps) - min(stamps)
+    span, left = max(stamps) - min(stamps), evidence.camera.left
     off = (errors.turn, errors.late if abs(errors.late) < span else None) if errors else (None, None)
-    return Setting(tags, quantiles, span, evidence.materials, evidence.cuts.own_steps, learned or {}, *off)
+    return Setting(
+        tags, quantiles, span, evidence.materials, evidence.cuts.own_steps, learned or {},
+        size=(left.width, left.height), turn=off[0], late=off[1],
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,8 @@ def candidates(
         if name in without:
             continue
         kind = effect_class(name)
+        if name not in present and not kind.possible(setting):
+            continue
         if name in setting.learned:
             found.append(_learned(kind, setting, config))
         if name in present:

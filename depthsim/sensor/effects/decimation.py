@@ -1,0 +1,127 @@
+"""Fewer pixels: the driver's decimation."""
+
+from collections.abc import Callable
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.camera import Camera
+from depthsim.kernels import kernel
+from depthsim.parallel import split
+from depthsim.raycast import Geometry
+from depthsim.sensor.effect import Effect, Setting, Stage, parameter
+from depthsim.sensor.frame import Frame
+
+_MULTIPLE = 4
+"""Width and height of what comes out are rounded up to this, with holes."""
+_LARGEST_MEDIAN = 3
+_LARGEST = 1280, 800
+"""[px] Width and height of the largest pictures of the D400 series, RealSense datasheet 337029."""
+
+
+@kernel
+def _decimate(start, stop, factor, unit, given, wanted):
+    """Rows ``start`` to ``stop`` of ``wanted``, which is larger than the blocks of ``given`` by its margin."""
+    across, down = given.shape[1] // factor, given.shape[0] // factor
+    found = np.empty(factor * factor, np.float32)
+    for v in range(start, stop):
+        wanted[v] = np.float32(0)
+        for u in range(across if v < down else 0):
+            count, total = 0, 0
+            for y in range(v * factor, (v + 1) * factor):
+                for x in range(u * factor, (u + 1) * factor):
+                    z = given[y, x]
+                    if z > np.float32(0):
+                        total += np.int64(z / unit + np.float32(0.5))
+                        at = count
+                        while at > 0 and found[at - 1] > z:
+                            found[at] = found[at - 1]
+                            at -= 1
+                        found[at] = z
+                        count += 1
+            if count and factor > _LARGEST_MEDIAN:
+                wanted[v, u] = np.float32(total // count) * unit
+            elif count:
+                wanted[v, u] = found[(count - 1) // 2]
+
+
+class Decimation(Effect):
+    """Blocks of ``factor``² pixels become one: the median of their depths, for factors of 4 and more the mean.
+
+    Holes do not count; of an even number the median is the lower one, and a mean is rounded down to whole units. The
+    picture is smaller by the factor, both sides rounded up to a multiple of 4 with holes, and camera.yaml has its size
+    and intrinsics as the driver has them: all four divided by the factor. Effects that follow work on the smaller one.
+    """
+
+    id: ClassVar[str] = "decimation"
+    stage: ClassVar[Stage] = Stage.PROCESSING
+    rank: ClassVar[int] = -2
+    source: ClassVar[str] = "librealsense, src/proc/decimation-filter.cpp and doc/post-processing-filters.md"
+    axes = ()
+    kinds = ("spread", "missing", "tail")
+    recording = "a flat frontal wall, with the camera's decimation off and on"
+
+    factor: int = parameter(
+        2,
+        low=1,
+        high=8,
+        unit="px",
+        neutral=1,
+        about="side of the blocks",
+        source="librealsense's default",
+        starts=(2,),
+    )
+
+    def stored(self, camera: Camera) -> Camera:
+        """The smaller camera."""
+        return _resized(camera, self._smaller)
+
+    def imager(self, camera: Camera) -> Camera:
+        """The camera with so many more pixels."""
+        k = self.factor
+        return _resized(camera, lambda eye: _scaled(eye, eye.width * k, eye.height * k, k))
+
+    def _smaller(self, camera: Camera) -> Camera:
+        k = self.factor
+        width, height = (max(-(-(size // k) // _MULTIPLE) * _MULTIPLE, 1) for size in (camera.width, camera.height))
+        return _scaled(camera, width, height, 1 / k)
+
+    @classmethod
+    def possible(cls, setting: Setting) -> bool:
+        """Only pictures of whole fours, of half the size of the largest that a D400 camera has, or less."""
+        if setting.size is None:
+            return True
+        return all(n % _MULTIPLE == 0 and 2 * n <= most for n, most in zip(setting.size, _LARGEST, strict=True))
+
+    def apply(self, frame: Frame) -> None:
+        """Put the smaller picture in the place of the frame's."""
+        camera, unit, depth = self.stored(frame.camera), np.float32(frame.camera.depth_scale), frame.depth
+        small = frame.empty(np.float32, camera.shape)
+        split(_decimate, camera.height, frame.threads, self.factor, unit, depth, small)
+        frame.resize(small, camera, self._thinned(frame.geometry, camera))
+
+    def _thinned(self, geometry: Geometry, camera: Camera) -> Geometry:
+        """One pixel of each block, for effects that ask where a depth comes from."""
+
+        def thinned(picture: NDArray, none: int) -> NDArray:
+            out = np.full(camera.shape, none, picture.dtype)
+            few = picture[:: self.factor, :: self.factor][: camera.height, : camera.width]
+            out[: few.shape[0], : few.shape[1]] = few
+            return out
+
+        g, sees = geometry, geometry.right_sees
+        return Geometry(
+            thinned(g.depth, 0), thinned(g.face, -1), thinned(g.cosine, 0), thinned(g.tag, 255),
+            None if sees is None else thinned(sees, 0),
+        )  # fmt: skip
+
+
+def _resized(camera: Camera, change: Callable[[Camera], Camera]) -> Camera:
+    """The camera with its left imager's pictures resized, which are what is decimated of an aligned one, too."""
+    return change(camera.left).aligned_to_color() if camera.aligned else change(camera)
+
+
+def _scaled(camera: Camera, width: int, height: int, by: float) -> Camera:
+    keys = {name: getattr(camera, name) * by for name in ("fx", "fy", "cx", "cy")}
+    return camera.model_copy(update={"width": width, "height": height, **keys})

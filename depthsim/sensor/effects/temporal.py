@@ -1,0 +1,116 @@
+"""The driver's filter in time."""
+
+from itertools import chain
+from typing import ClassVar
+
+import numpy as np
+
+from depthsim.kernels import kernel
+from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.frame import Frame
+
+_f = np.float32
+_ZERO = _f(0)
+_FORGOTTEN = 0.01
+"""The weight below which a frame is left out of the average."""
+_LEAST, _MOST = 8, 32
+"""Frames that are looked back at: persistence asks for 8; more than so many are not worth their time."""
+_SEEN = ((9, 8), (8, 8), (2, 3), (2, 4), (2, 8), (1, 2), (1, 5), (1, 8), (0, 8))
+"""By persistence: so many of the last so many frames must have depth. The first is never."""
+
+
+@kernel
+def _follow(start, stop, alpha, delta, least, recent, disparity, state, seen):
+    """One frame. state: the filtered disparity so far. seen: of the last 8 frames which had one, bit 7 the last."""
+    d, s, history = disparity[start:stop], state[start:stop], seen[start:stop]
+    keep = _f(1) - alpha
+    for i in range(d.size):
+        here, before, bits = d[i], s[i], np.int32(history[i])
+        if here > _ZERO:
+            if before > _ZERO and abs(here - before) < delta:
+                d[i] = alpha * here + keep * before
+                bits = (bits >> 1) | 128
+            else:
+                bits = 128
+            s[i] = d[i]
+        else:
+            count = 0
+            for k in range(8):
+                count += (bits >> k) & (recent >> k) & 1
+            if before > _ZERO and count >= least:
+                d[i] = before
+            bits = bits >> 1
+        history[i] = np.uint8(bits)
+
+
+class TemporalFilter(Effect):
+    """The driver's filter in time: d' = alpha·d + (1 - alpha)·d'₋₁, of the frame before, where they differ by less.
+
+    d is the disparity. Where it differs by ``delta`` or more the average begins anew. A hole gets the last d' if enough
+    of the last frames had depth there, by ``persistence``: 0 never, 1 all of 8, 2 two of 3, 3 two of 4, 4 two of 8, 5
+    one of 2, 6 one of 5, 7 one of 8, 8 always.
+
+    A frame is made from those before it down to a weight of 1 %, at least 8 and at most 32 (alpha below 0.14), and so
+    depends on no other; the driver's own average, and its persistence of 8, have no end.
+    """
+
+    id: ClassVar[str] = "temporal_filter"
+    stage: ClassVar[Stage] = Stage.PROCESSING
+    rank: ClassVar[int] = 1
+    source: ClassVar[str] = "librealsense, src/proc/temporal-filter.cpp and doc/post-processing-filters.md"
+    axes = ("frame_neighbours", "motion")
+    kinds = ("correlation", "spread", "missing")
+    recording = "a camera that stands still and one that moves, with the camera's filters off and on"
+    seen_on = ("disparity_noise",)
+
+    alpha: float = parameter(
+        0.4,
+        low=0.05,
+        high=1,
+        unit="1",
+        neutral=1,
+        about="weight of the frame itself",
+        source="librealsense's default",
+        starts=(0.4,),
+    )
+    delta: float = parameter(
+        20 / 32,
+        low=0,
+        high=16,
+        unit="px",
+        about="step of the disparity that is no noise",
+        source="librealsense's default, 20 steps of 1/32 px",
+        frozen=True,
+    )
+    persistence: int = parameter(
+        3,
+        low=0,
+        high=8,
+        unit="1",
+        neutral=0,
+        about="which holes are filled",
+        source="librealsense's default",
+        frozen=True,
+    )
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether it neither smooths nor fills."""
+        return self.alpha == 1 and self.persistence == 0
+
+    @property
+    def looks_back(self) -> int:
+        """So many that what is left out has a weight of 1 %."""
+        frames = np.log(_FORGOTTEN) / np.log(1 - self.alpha) if self.alpha < 1 else 0
+        return int(np.clip(np.ceil(frames), _LEAST, _MOST))
+
+    def apply(self, frame: Frame) -> None:
+        """Filter the frames before and then this one."""
+        least, of = _SEEN[self.persistence]
+        recent = (0xFF << (8 - of)) & 0xFF
+        state, seen = frame.empty(), frame.empty(np.uint8)
+        state.fill(0)
+        seen.fill(0)
+        for one in chain(frame.earlier(self.looks_back), [frame]):
+            arrays = one.disparity.reshape(-1), state.reshape(-1), seen.reshape(-1)
+            one.run(_follow, _f(self.alpha), _f(self.delta), least, recent, *arrays)
