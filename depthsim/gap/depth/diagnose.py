@@ -191,14 +191,17 @@ def _which(validator: Validator, without: Sequence[str], errors: PoseErrors | No
 
 
 def _seen_again(validator: Validator, selecting: Validator, selection: Selection) -> Selection:
-    """Without the causes of which the frames that are reported on say nothing: by their interval, what they close is
-    unknown by more than the whole gap."""
+    """Without the causes that the frames that are reported on do not support.
+
+    Without them no more is left there, or what they close is unknown by more than the whole gap.
+    """
     base = validator.evidence.base
     start, full = (validator, base), (validator, selection.model.build(base))
     limit = validator.config.unknown
     kept, near = selection.model, list(selection.nearest)
     for number in reversed(range(len(kept.parts))):
-        if closed_error(start, (validator, selection.model.less(number).build(base)), full) <= limit:
+        less = validator, selection.model.less(number).build(base)
+        if validator.quick(less[1]) > validator.quick(full[1]) and closed_error(start, less, full) <= limit:
             continue
         closed = selecting.quick(kept.less(number).build(base)) - selecting.quick(kept.build(base))
         why = "closes something on some frames, and on others nothing, or the opposite"
