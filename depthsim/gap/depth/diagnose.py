@@ -97,8 +97,9 @@ def investigate(
     given, profile = load_evidence(run, scene, sensor, materials, threads, config)
     if given.camera.aligned:  # as its simulations are, too
         without = (*without, AlignToColor.id)
-    if given.rows < given.camera.height:  # bands of rows are not resampled
-        without = (*without, *(name for name in effect_ids() if effect_class(name).resizes()))
+    if given.rows < given.camera.height:  # bands of rows are not resampled, and many frames before each cost as much
+        bound = {name for name in effect_ids() if effect_class(name).resizes() or effect_class(name)().looks_back}
+        without = (*without, *sorted(bound))
 
     # Is there a gap?
     say("measuring the gap")
