@@ -110,6 +110,7 @@ class DepthSelect(Section):
         "part, the residual of a misfit is one for all that could take it up",
     )
     rival: float = _value(0.25, "of what a further cause closes: effects that close less by themselves are no rivals")
+    asked: int = _count(2, "times that an effect is refused, by itself and beside later causes, before it is left out")
     rounds: int = _count(2, "times that causes are looked for, when some are dropped at the end")
     trusted: int = _count(
         1, "times that a cause is taken for the moment, though it does not act where the gap lies yet"

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from recordings import ROOM_CAMERA, write_room
+from recordings import ROOM_CAMERA, room_path, write_room
 from scipy.spatial.transform import Rotation
 from shapes import Array
 
@@ -35,15 +35,6 @@ BANK = {"pose_noise", "fixed_pattern", "disparity_noise", "time_offset", "baseli
 OTHERS = tuple(name for name in effect_ids() if name not in BANK)
 
 
-def path() -> Trajectory:
-    """About the room's far corner with turns to all sides."""
-    t = STAMPS - STAMPS[0]
-    swing = np.stack([0.25 * np.sin(2.1 * t), 0.2 * np.sin(1.3 * t + 1), 0.15 * np.sin(2.9 * t)], axis=1)
-    level = Rotation.from_matrix(np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]))
-    turns = level * Rotation.from_rotvec(0.8 * swing[:, ::-1])
-    return Trajectory(STAMPS, np.array([-1.2, 0, 1.2]) + swing, turns.as_quat())
-
-
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     return load_scene(write_room(tmp_path_factory.mktemp("poses") / "room.obj"))
@@ -54,11 +45,11 @@ def record(scene: Scene, folder: Path, off: Array | None = None, **effects: dict
     profile = BASE.model_copy(
         update={"effects": (*BASE.effects, *(effect_class(i)(**keys) for i, keys in effects.items()))}
     )
-    generate(scene, path(), CAMERA, profile, folder, seed=4)
+    generate(scene, room_path(STAMPS), CAMERA, profile, folder, seed=4)
     run = Run.open(folder)
     if off is None:
         return run
-    true = path()
+    true = room_path(STAMPS)
     positions = true.positions + np.einsum("nij,nj->ni", true.matrices()[:, :3, :3], off[:, 3:])
     turns = Rotation.from_quat(true.quaternions) * Rotation.from_rotvec(off[:, :3])
     told = Trajectory(STAMPS, positions, turns.as_quat())

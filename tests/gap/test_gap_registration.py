@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from recordings import ROOM_CAMERA, write_room
+from recordings import ROOM_CAMERA, room_path, write_room
 from scipy.spatial.transform import Rotation
 
 from depthsim.gap.depth.data.registration import Registration, register
@@ -21,15 +21,6 @@ FRAMES = 30
 STAMPS = 50 + np.arange(FRAMES) / 10
 SIZE = np.array([np.radians(0.4)] * 3 + [0.003] * 3)
 Floats = Any
-
-
-def path() -> Trajectory:
-    """About the room's far corner with turns to all sides."""
-    t = STAMPS - STAMPS[0]
-    swing = np.stack([0.25 * np.sin(2.1 * t), 0.2 * np.sin(1.3 * t + 1), 0.15 * np.sin(2.9 * t)], axis=1)
-    level = Rotation.from_matrix(np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]))
-    turns = level * Rotation.from_rotvec(0.8 * swing[:, ::-1])
-    return Trajectory(STAMPS, np.array([-1.2, 0, 1.2]) + swing, turns.as_quat())
 
 
 def pulled_walk() -> Floats:
@@ -49,7 +40,7 @@ class Room:
 
     def record(self, off: Floats | None = None, **effects: dict[str, Any]) -> Run:
         """A run that is taken from poses that are off from what it says."""
-        given, off = path(), np.zeros((FRAMES, 6)) if off is None else off
+        given, off = room_path(STAMPS), np.zeros((FRAMES, 6)) if off is None else off
         matrices = given.matrices()
         positions = given.positions + np.einsum("nij,nj->ni", matrices[:, :3, :3], off[:, 3:])
         turns = Rotation.from_matrix(matrices[:, :3, :3]) * Rotation.from_rotvec(off[:, :3])
@@ -143,7 +134,7 @@ def test_a_frontal_wall_shows_three_directions(tmp_path: Path) -> None:
     plain = Room(tmp_path)
     plain.scene = load_scene(tmp_path / "wall.obj")
     plain.caster = Caster(plain.scene)
-    straight = replace(path(), quaternions=np.tile([-0.5, 0.5, -0.5, 0.5], (FRAMES, 1)))
+    straight = replace(room_path(STAMPS), quaternions=np.tile([-0.5, 0.5, -0.5, 0.5], (FRAMES, 1)))
     run, off = Run.open(plain_run(plain, straight)), pulled_walk()
     found = plain.register(replace(run, trajectory=straight, truth=straight))
     assert not found.corrections[:, 2:5].any()
@@ -167,7 +158,7 @@ def plain_run(room: Room, given: Trajectory) -> Path:
 
 def test_a_recording_without_a_picture_of_the_scene(room: Room) -> None:
     run = room.record()
-    away = replace(path(), positions=path().positions + np.array([500.0, 0, 0]))
+    away = replace(room_path(STAMPS), positions=room_path(STAMPS).positions + np.array([500.0, 0, 0]))
     found = room.register(replace(run, trajectory=away, truth=away))
     assert found.errors.is_none and np.isnan(found.errors.deviation).all()
 

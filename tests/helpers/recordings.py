@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from depthsim.camera import Camera
 from depthsim.flight.table import write_table
@@ -69,6 +70,15 @@ def write_room(file: Path) -> Path:
     boxes += [((0.3, -1.4, 0), (0.7, -1.1, 1.6)), ((0.4, 1.1, 0), (0.8, 1.4, 1.3)), ((1.8, 0.8, 1.6), (2.0, 1.2, 2.1))]
     file.write_text("usemtl cement\n" + "".join(box(low, high, 8 * k + 1) for k, (low, high) in enumerate(boxes)))
     return file
+
+
+def room_path(stamps: np.ndarray) -> Trajectory:
+    """About the room's far corner with turns to all sides."""
+    t = stamps - stamps[0]
+    swing = np.stack([0.25 * np.sin(2.1 * t), 0.2 * np.sin(1.3 * t + 1), 0.15 * np.sin(2.9 * t)], axis=1)
+    level = Rotation.from_matrix(np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]))
+    turns = level * Rotation.from_rotvec(0.8 * swing[:, ::-1])
+    return Trajectory(stamps, np.array([-1.2, 0, 1.2]) + swing, turns.as_quat())
 
 
 def make_room_run(folder: Path, profile: str = "clean", frames: int = 20, camera: Camera = ROOM_CAMERA) -> Run:

@@ -66,7 +66,7 @@ def makes_steps(validator: Validator, before: Effects, after: Effects) -> bool:
     """Whether the disparities of ``after`` lie on steps that the recording has, and those of ``before`` do not."""
     if validator.evidence.cuts.own_steps is None:
         return False
-    gap, left = (_steps(validator, effects) for effects in (before, after))
+    gap, left = validator.once(_steps, before), validator.once(_steps, after)
     axis = int(np.argmax(gap))
     limit = validator.evidence.config.agreement
     return bool(gap[axis] > limit.steps and left[axis] < limit.left_along * gap[axis])

@@ -6,10 +6,11 @@ closes enough of that, and acts where it lies.
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from depthsim.gap.config import DepthSelect
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Model
@@ -19,9 +20,6 @@ from depthsim.gap.depth.fit.ties import Ties, compare_rivals, instead, surely_wo
 from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.diagnosis import Nearest
 from depthsim.sensor.effect import effect_class
-
-_ASKED = 2
-"""Times that an effect is asked: by itself, and beside what was found since."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +41,10 @@ class _Chain:
     effect, what it closed and why it is none; asked: how often it was refused; dropped: effects that were causes until
     all of them were there.
 
-    ties: the equals of each cause; gap, score: with all of them, on the frames held out.
+    ties: the equals of each cause; gap, score: with all of them, on the frames held out. config: of the selection.
     """
 
+    config: DepthSelect
     score: Score
     gap: float
     model: Model | None = None
@@ -64,7 +63,7 @@ class _Chain:
 
     def is_out(self, effect: str) -> bool:
         """Whether an effect was asked often enough: beside other causes, too, it does not act where the gap lies."""
-        return effect in self.dropped or self.asked[effect] >= _ASKED
+        return effect in self.dropped or self.asked[effect] >= self.config.asked
 
     @property
     def named(self) -> tuple[str, ...]:
@@ -75,12 +74,12 @@ class _Chain:
 def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], say: Say) -> Selection:
     """One cause after the other, as long as the frames of ``validator`` support it. bank: what may be wrong.
 
-    What closes most by itself may be near to two causes together. So where something is left, causes are looked for
-    once more behind the next of the effects that came first.
+    What closes most by itself may be near to two causes together. So where something is left, the next of the
+    effects that came first is put in its place, and causes are looked for once more.
     """
     score = validator.score(evidence.base)
     search = Search(evidence, validator, bank, score.gap, score.floor, say)
-    chain = _chain(search, score, _Chain(score, search.before))
+    chain = _chain(search, score, _Chain(search.config.select, score, search.before))
     for other in _other_beginnings(search, chain):
         chain = _better(search, chain, _chain(search, score, other))
     if chain.model is None:
@@ -128,15 +127,8 @@ def _other_beginnings(search: Search, chain: _Chain) -> Iterator[_Chain]:
         trial = instead(search, chain.model, first.newest.effect, other)
         if trial.gap - chain.gap < limit.near_of_cause * (chain.gap - search.floor):
             score = search.validator.score(trial.model.build(search.base))
-            yield _Chain(
-                score,
-                trial.gap,
-                trial.model,
-                list(chain.looked),
-                list(chain.before),
-                dict(chain.refused),
-                chain.asked.copy(),
-            )
+            begun = _Chain(search.config.select, score, trial.gap, trial.model, [*chain.looked], [*chain.before])
+            yield replace(begun, refused={**chain.refused}, asked=chain.asked.copy())
 
 
 def _better(search: Search, one: _Chain, other: _Chain) -> _Chain:
