@@ -28,6 +28,8 @@ if hasattr(os, "register_at_fork"):
 
 def run_threads(work: Callable[[int], None], threads: int) -> None:
     """Call ``work(0)`` to ``work(threads - 1)`` at the same time; the caller's own thread does the first."""
+    if threads == 1:
+        return work(0)
     others = [_pool().submit(work, index) for index in range(1, threads)]
     try:
         work(0)

@@ -66,7 +66,7 @@ def _features(bench: Bench, index: int, depth: Floats, clean: Geometry, last: Fl
     pose = bench.run.poses[index]
     height = pose[2, 3] + z * (pose[2, 0] * camera.rays[0] + pose[2, 1] * camera.rays[1] + pose[2, 2])
     m = np.array([*(load_materials()[tag].m for tag in bench.scene.tags), *[0.0] * (256 - len(bench.scene.tags))])
-    linear, angular = bench.motion.speeds(float(bench.run.stamps[index]))
+    linear, angular = (np.linalg.norm(v) for v in bench.motion.velocity(float(bench.run.stamps[index])))
     flat = np.ones_like(z)
     return np.stack(
         [

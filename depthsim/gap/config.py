@@ -77,9 +77,8 @@ class DepthFit(Section):
     first_look_pixels: int = _count(400_000, "that are enough for a first look at the whole bank")
     leaders: int = _count(6, "candidates that are fitted in full after the first look")
     leaders_of_kind: int = _count(4, "of these that make the same kind of error, as long as others do something")
-    looked_at_again: int = _count(
-        12, "of the bank that are fitted in a first look for a further cause, by how they begin"
-    )
+    looked_at: int = _count(24, "of the bank that are fitted in a first look, by how they begin")
+    looked_at_again: int = _count(14, "the same for a further cause")
     far_behind: float = _value(2.0, "times the least loss: a candidate above it after two rounds is fitted no further")
     trial: float = _value(0.25, "of a change that matters, by which a parameter is moved to find its slope")
     longest_step: float = _value(4.0, "changes that matter, by which a parameter moves at once")
@@ -141,6 +140,9 @@ class DepthAgreement(Section):
     )
     strong: float = _value(0.6, "of what changes along the first axis: with so much, an axis must not stay untouched")
     left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
+    well: float = _value(
+        0.8, "of a gap: a cause that closes so much may leave more along the axis that it is known by, up to `untouched`"
+    )
     left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")

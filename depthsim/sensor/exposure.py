@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from depthsim.draws import Seed
 from depthsim.scratch import Scratch
 from depthsim.sensor.motion import Motion
+from depthsim.sensor.noise_field import Fields
 
 
 @dataclass(frozen=True)
@@ -15,6 +16,7 @@ class Exposure:
     """One frame to be taken. pose: (4, 4) camera to world. index, seed: the key of its random numbers. stamp: [s].
 
     motion: where the camera is, in time. scratch: memory for arrays that are done with when the frame is.
+    fields: where the last pictures of noise are kept, for a frame that is taken by many sensors.
     """
 
     pose: NDArray[np.float64]
@@ -24,3 +26,4 @@ class Exposure:
     stamp: float = 0.0
     threads: int = 1
     scratch: Scratch = field(default_factory=Scratch)
+    fields: Fields | None = None

@@ -15,7 +15,11 @@ from depthsim.raycast import Geometry
 from depthsim.scene import NO_TAG
 from depthsim.scratch import Scratch
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.noise_field import Correlation, noise_field
+from depthsim.sensor.noise_field import Correlation, Fields, noise_field
+
+
+_KEPT = 2
+"""How many pictures of noise are kept of a frame."""
 
 
 @kernel
@@ -74,11 +78,12 @@ class Frame:
         stamp: float = 0.0,
         threads: int = 1,
         scratch: Scratch | None = None,
+        fields: Fields | None = None,
     ) -> None:
         self.geometry, self.camera, self.scene, self.materials, self.motion = geometry, camera, scene, materials, motion
         self.seed, self.index, self.stamp, self.threads = seed, index, stamp, threads
         self.correlation = Correlation()
-        self._scratch = scratch or Scratch()
+        self._scratch, self._fields = scratch or Scratch(), fields
         self._depth = depth
         self._disparity: NDArray[np.float32] | None = None
         self._is_disparity = False
@@ -178,7 +183,19 @@ class Frame:
 
         It is correlated between pixels and frames as ``correlation`` says; the noise of another effect is independent.
         """
-        return noise_field(self.draws(name), self.camera.shape, self.correlation, self.threads)
+        draws, shape = self.draws(name), self.camera.shape
+        if self._fields is None:
+            return noise_field(draws, shape, self.correlation, self.threads)
+        key = draws.key.tobytes(), draws.frame, shape, self.correlation
+        known = self._fields.pop(key, None)
+        if known is None:
+            known = noise_field(draws, shape, self.correlation, self.threads).copy()
+        self._fields[key] = known
+        for old in list(self._fields)[:-_KEPT]:
+            self._fields.pop(old, None)  # another thread may have been here
+        own: NDArray[np.float32] = self.empty(shape=shape)
+        own[:] = known
+        return own
 
     def run(self, kernel: Callable[..., None], *arguments: object, multiple: int = 1) -> None:
         """Call ``kernel(start, stop, *arguments)`` on parts of the frame's pixels, on the frame's threads."""

@@ -72,9 +72,12 @@ class Motion:
             return float(known.stamps[index - back]), self._poses[index - back]
         return stamp - back / rate, self.at(stamp - back / rate)[0]
 
-    def speeds(self, stamp: float, step: float = 5e-3) -> tuple[float, float]:
-        """Linear speed [m/s] and angular speed [rad/s] at ``stamp``, by the difference over two ``step``s [s]."""
-        first, last = self.at([stamp - step, stamp + step])
-        turn = (np.trace(first[:3, :3].T @ last[:3, :3]) - 1) / 2
-        linear = float(np.linalg.norm(last[:3, 3] - first[:3, 3])) / (2 * step)
-        return linear, float(np.arccos(np.clip(turn, -1, 1))) / (2 * step)
+    def velocity(self, stamp: float, step: float = 5e-3) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(3,) linear [m/s] and (3,) angular [rad/s] velocity at ``stamp``, in the camera's own axes.
+
+        By the difference over two ``step``s [s].
+        """
+        first, middle, last = self.at([stamp - step, stamp, stamp + step])
+        linear = middle[:3, :3].T @ (last[:3, 3] - first[:3, 3]) / (2 * step)
+        turn = first[:3, :3].T @ last[:3, :3] / (4 * step)
+        return linear, np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])

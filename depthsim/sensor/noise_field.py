@@ -25,6 +25,10 @@ _PERIOD = 512
 """The length of the transform [px], over which the correlation must have died away."""
 
 
+Fields = dict[tuple[bytes, int, tuple[int, int], "Correlation"], NDArray[np.float32]]
+"""Pictures of noise that are kept, by key and frame of their numbers, shape and correlation."""
+
+
 @dataclass(frozen=True)
 class Correlation:
     """How the noise of a frame is correlated.

@@ -185,7 +185,7 @@ class Pipeline:
     def _frame(self, geometry: Geometry, depth: NDArray[np.float32], e: Exposure) -> Frame:
         return Frame(
             depth, geometry, self.camera, self.scene, self.materials, e.motion, e.seed, e.index, e.stamp, e.threads,
-            e.scratch,
+            e.scratch, e.fields,
         )  # fmt: skip
 
     def _finish(self, frame: Frame, exposure: Exposure, past: Past | None) -> None:

@@ -191,13 +191,15 @@ class BlurredByFlow(Formula):
         take.sigma = np.hypot(take.sigma, self.amount * blur * z * z / take.film.camera.focal_baseline)
 
 
-class LouderWithFlow(Formula):
-    """The noise that is there, times sqrt(1 + (blur / b)²)."""
+class LouderWithSpeed(Formula):
+    """The noise that is there, times sqrt(1 + (speed / b)²): all over the picture by how fast the camera goes."""
 
     effect = "motion_noise"
     statistic = "spread"
     span = (1e-3, 1.0)
 
     def spread(self, take: Take) -> None:
-        """amount: 1 / b [s/px]."""
-        take.sigma = take.sigma * np.hypot(1, self.amount * image_flow(take))
+        """amount: 1 / b [s/px]. The speed is that past what is 2 m away [px/s]."""
+        velocity, turn = take.film.route.rates(take.stamp)
+        speed = take.film.camera.fx * (np.linalg.norm(turn) + np.linalg.norm(velocity) / 2)
+        take.sigma = take.sigma * np.hypot(1, self.amount * speed)

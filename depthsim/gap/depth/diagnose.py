@@ -222,7 +222,10 @@ def _matter(recorded: Validator, registered: Validator, selection: Selection) ->
     if closed <= registered.config.faint * score.floor:
         return False
     share = closed / max(recorded.score(start[1]).gap - score.floor, 1e-12)
-    much = registered.evidence.config.select.further
+    limit = registered.evidence.config.select
+    if not model.parts:  # the only cause must close as much as any other one
+        return share >= limit.first
+    much = limit.further
     return share >= much or share > closed_error(start, (recorded, with_errors), (registered, right))
 
 

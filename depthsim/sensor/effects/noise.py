@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from depthsim.kernels import kernel
+from depthsim.kernels import inlined, kernel
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 
@@ -43,11 +43,20 @@ def _add_by_radius(start, stop, std_per_square, x, y, variance):
         var[i] += std * std
 
 
+@inlined
+def _flow(linear, turning, x, y, z):
+    """How fast a surface at depth z goes over the picture [1/s, at z = 1] (Longuet-Higgins and Prazdny 1980)."""
+    near = _f(1) / max(z, _NEAREST)
+    u = (x * linear[2] - linear[0]) * near + x * y * turning[0] - (_f(1) + x * x) * turning[1] + y * turning[2]
+    v = (y * linear[2] - linear[1]) * near + (_f(1) + y * y) * turning[0] - x * y * turning[1] - x * turning[2]
+    return np.sqrt(u * u + v * v)
+
+
 @kernel
-def _add_by_motion(start, stop, std_turning, std_moving, clean, variance):
-    var, z = variance[start:stop], clean[start:stop]
+def _add_by_motion(start, stop, sigma, linear, turning, x, y, clean, variance):
+    var, z, a, b = variance[start:stop], clean[start:stop], x[start:stop], y[start:stop]
     for i in range(var.size):
-        std = std_turning + std_moving / max(z[i], _NEAREST)
+        std = sigma * _flow(linear, turning, a[i], b[i], z[i])
         var[i] += std * std
 
 
@@ -67,10 +76,10 @@ def _gain_by_radius(start, stop, gain_per_square, x, y, factor):
 
 
 @kernel
-def _gain_by_motion(start, stop, gain_turning, gain_moving, clean, factor):
-    f, z = factor[start:stop], clean[start:stop]
+def _gain_by_motion(start, stop, gain, linear, turning, x, y, clean, factor):
+    f, z, a, b = factor[start:stop], clean[start:stop], x[start:stop], y[start:stop]
     for i in range(f.size):
-        f[i] *= _f(1) + gain_turning + gain_moving / max(z[i], _NEAREST)
+        f[i] *= _f(1) + gain * _flow(linear, turning, a[i], b[i], z[i])
 
 
 def _gain(unit: str, where: str, starts: tuple[float, ...]) -> float:
@@ -207,14 +216,14 @@ class VignettingNoise(Effect):
 
 
 class MotionNoise(Effect):
-    """std = sigma · (ω + v / Z), camera turning at ω and moving at v: the image blurs over the exposure."""
+    """std = sigma · the speed at which a pixel's surface goes over the picture, which blurs over the exposure."""
 
     id: ClassVar[str] = "motion_noise"
     stage: ClassVar[Stage] = Stage.NOISE
     rank: ClassVar[int] = 1
     source: ClassVar[str] = (
-        "Intel white paper 'High-speed capture mode of Intel RealSense Depth Camera D435', for the fact; the law is "
-        "that of image speed, f·(ω + v/Z) at most"
+        "Intel white paper 'High-speed capture mode of Intel RealSense Depth Camera D435', for the fact; H. C. "
+        "Longuet-Higgins and K. Prazdny, 'The interpretation of a moving retinal image', 1980, for the speed"
     )
     axes = ("motion", "time")
     kinds = ("spread",)
@@ -227,7 +236,7 @@ class MotionNoise(Effect):
         high=5,
         unit="px s/rad",
         neutral=0,
-        about="standard deviation of the disparity at 1 rad/s, or at 1 m/s past a surface 1 m away",
+        about="standard deviation of the disparity at 1 rad/s across the view, or 1 m/s past a surface 1 m away",
         source="assumed: 1.4 % of the blur at 1 rad/s (3.6 px at f = 425 px and an exposure of 8.5 ms)",
     )
 
@@ -240,11 +249,10 @@ class MotionNoise(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Add the variance of the noise."""
-        speed, turning = frame.motion.speeds(frame.stamp)
-        clean = frame.geometry.depth.reshape(-1)
+        linear, turning = frame.motion.velocity(frame.stamp)
+        x, y = frame.camera.rays.reshape(2, -1)
+        moving = linear.astype(_f), turning.astype(_f), x, y, frame.geometry.depth.reshape(-1)
         if self.sigma:
-            stds = _f(self.sigma * turning), _f(self.sigma * speed)
-            frame.run(_add_by_motion, *stds, clean, frame.noise_variance.reshape(-1))
+            frame.run(_add_by_motion, _f(self.sigma), *moving, frame.noise_variance.reshape(-1))
         if self.gain:
-            gains = _f(self.gain * turning), _f(self.gain * speed)
-            frame.run(_gain_by_motion, *gains, clean, frame.noise_gain.reshape(-1))
+            frame.run(_gain_by_motion, _f(self.gain), *moving, frame.noise_gain.reshape(-1))

@@ -65,7 +65,7 @@ def covariates(
     hit = geometry.hit
     slope_x = np.where(hit, -z * n[0] / along, 0)
     slope_y = np.where(hit, -z * n[1] / along, 0)
-    linear, turning = _velocity(motion, stamp)
+    linear, turning = (v.astype(_f) for v in motion.velocity(stamp))
     turned = np.stack(
         [
             turning[1] * n[2] - turning[2] * n[1],
@@ -98,15 +98,6 @@ def covariates(
         hidden=hidden & hit,
         toward=toward,
     )
-
-
-def _velocity(motion: Motion, stamp: float, step: float = 5e-3) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """(3,) linear [m/s] and (3,) angular [rad/s] velocity of the camera, in its own axes."""
-    first, middle, last = motion.at([stamp - step, stamp, stamp + step])
-    linear = middle[:3, :3].T @ (last[:3, 3] - first[:3, 3]) / (2 * step)
-    turn = first[:3, :3].T @ last[:3, :3] / (4 * step)
-    angular = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    return linear.astype(np.float32), angular.astype(np.float32)
 
 
 @kernel

@@ -16,6 +16,7 @@ from depthsim.sensor.effect import Effect
 from depthsim.sensor.exposure import Exposure
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.motion import Motion
+from depthsim.sensor.noise_field import Fields
 from depthsim.sensor.past import Past
 from depthsim.sensor.pipeline import Pipeline, all_of, bending, camera_for, in_camera, measuring_camera
 
@@ -38,13 +39,15 @@ class Replay:
         self._caster, self._materials, self._motion = caster, materials, motion
         self._own = threading.local()
         self._casts: dict[int, list[tuple[Camera, list[Effect], bool, Geometry]]] = {}
+        self._fields: dict[int, Fields] = {}
         self._pasts: dict[Camera, tuple[list[Effect], list[Effect], Past]] = {}
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
         """(rows, width) what is looked at of a frame, as the sensor with ``effects`` stores it."""
         camera = frame.camera
         effects, scratch = all_of(camera, effects), Scratch.of_thread(self._own)
-        exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch)
+        fields = self._fields.setdefault(frame.index, {}) if seed == FITTING else None
+        exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch, fields)
         eye = measuring_camera(camera_for(camera, effects), effects)
         pipeline = Pipeline(self._caster, eye, self._materials, self._caster.scene)
         past = self._past_of(effects, pipeline) if any(effect.looks_back for effect in effects) else None

@@ -94,12 +94,14 @@ def disagreement(
     if effect.kinds[0] == "correlation":
         return _of_pairs(validator, effect, gap, left)
     limit, acts = validator.evidence.config.agreement, does.whole
+    was, least = validator.quick(before), validator.score(before).floor
+    closes_well = was - validator.quick(after) >= limit.well * (was - least)
     for k, kind in enumerate(KINDS):
         if k == ALL and learned_of(effect):  # as much as other frames say for sure is there, and no more
             continue
         if k != ALL and (kind not in effect.kinds or acts[k] < limit.acts * acts[ALL]):
             continue
-        if why := _leaves(validator, effect, gap, left, k, alone, flexible):
+        if why := _leaves(validator, effect, gap, left, k, alone, flexible, closes_well):
             return why
         if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, gap, left, k)):
             return why
@@ -111,12 +113,21 @@ def disagreement(
 
 
 def _leaves(
-    validator: Validator, effect: type[Effect], gap: Changes, left: Changes, k: int, alone: bool, flexible: bool
+    validator: Validator,
+    effect: type[Effect],
+    gap: Changes,
+    left: Changes,
+    k: int,
+    alone: bool,
+    flexible: bool,
+    closes_well: bool,
 ) -> str | None:
     """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
     limit, whole = validator.evidence.config.agreement, max(float(gap.whole[k]), 1e-12)
     most = limit.left_by_flexible if flexible else 1.0
     along = np.full(len(gap.varies[k]), most * limit.left_along)
+    if closes_well and not flexible:  # the axis is the right one, if the shape along it is not
+        along[[effect.axes[:1] == (axis.name,) for axis in validator.evidence.axes]] = limit.untouched
     if learned_of(effect):  # along its own axes as much is removed as other frames say for sure is there
         along[[axis.name in effect.axes for axis in validator.evidence.axes]] = limit.untouched
     sure = gap.varies[k] > limit.sure * gap.chance[k]

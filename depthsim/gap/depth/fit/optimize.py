@@ -71,7 +71,7 @@ def start(
 ) -> tuple[Model, float]:
     """The best of the places where a candidate begins, and what of the loss any of them would take off, going on.
 
-    here: what ``base`` does, without it.
+    here: what ``base`` does, without it. Where a candidate begins with nothing, that is not known: infinite.
     """
     tries, gains = [], []
     for values in candidate.starts:
@@ -79,7 +79,8 @@ def start(
         there = roots(candidate.build(base, x))
         tries.append(Model((candidate,), x, loss(target, there)))
         done = there - here
-        gains.append(float(done @ (target - here)) ** 2 / max(float(done @ done), 1e-30))
+        size = float(done @ done)
+        gains.append(float(done @ (target - here)) ** 2 / size if size > 0 else np.inf)
     return min(tries, key=lambda model: model.loss), max(gains)
 
 
@@ -145,14 +146,29 @@ def refine(
     return Model(model.parts, x, least, jacobian)
 
 
-def polish(model: Model, base: Sequence[Effect], target: Floats, roots: Roots, sizes: Sequence[float]) -> Model:
-    """Each parameter up and down in turn, for what has no useful slope: steps, and noise that is drawn anew."""
+def polish(
+    model: Model, base: Sequence[Effect], target: Floats, roots: Roots, config: DepthFit, sizes: Sequence[float]
+) -> Model:
+    """Each parameter up and down in turn, for what has no useful slope: steps, and noise that is drawn anew.
+
+    Whole numbers first, each with the others fitted to it.
+    """
     x, least = model.x.copy(), loss(target, roots(model.build(base, model.x)))
+    for k in [k for k, free in enumerate(model.free) if free.whole]:
+        for sign in (1, -1):
+            moved = x.copy()
+            moved[k] += sign
+            if np.allclose(moved := model.bounded(moved), x):
+                continue
+            fitted = refine(Model(model.parts, moved), base, target, roots, config, 2)
+            if fitted.loss < least:
+                x, least = fitted.x, fitted.loss
+                break
     for size in sizes:
         for k in range(len(x)):
             for sign in (1, -1):
                 moved = x.copy()
-                moved[k] += sign * max(size, 1.0 if model.free[k].whole else 0.0)
+                moved[k] += sign * size
                 moved = model.bounded(moved)
                 new = loss(target, roots(model.build(base, moved))) if not np.allclose(moved, x) else np.inf
                 if new < least:

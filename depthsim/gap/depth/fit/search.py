@@ -139,7 +139,7 @@ class Search:
         arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
         model = refine(model, *arguments, self.config.fit, rounds)
         if polished and len(model.x) <= 6:
-            model = refine(polish(model, *arguments, (1.0, 0.4)), *arguments, self.config.fit, 2)
+            model = refine(polish(model, *arguments, self.config.fit, (1.0, 0.4)), *arguments, self.config.fit, 2)
         return model
 
     def refined(self, model: Model) -> Model:
@@ -162,9 +162,9 @@ class Search:
         for number in open_to:
             self.say(f"looking at {self.bank[number].effect}, {number + 1} of {len(self.bank)}")
             begun[number] = start(self.bank[number], base, here, target, roots)
-        if so_far is not None:  # of the whole bank, those that are on their way to what is left
-            likely = sorted(open_to, key=lambda number: -begun[number][1])[: self.config.fit.looked_at_again]
-            open_to = sorted(likely)
+        fit = self.config.fit  # of the whole bank, those that are on their way to what is left
+        most = fit.looked_at if so_far is None else fit.looked_at_again
+        open_to = sorted(sorted(open_to, key=lambda number: -begun[number][1])[:most])
         best: dict[tuple[str, bool], Model] = {}
         for number in open_to:
             candidate = self.bank[number]
