@@ -117,6 +117,11 @@ def test_motion_noise_grows_with_the_speed_of_the_image(speed: float, turning: f
     assert_unit_normal(errors(MotionNoise(sigma=0.1), **moving) / (0.1 * image_speed(moving["motion"], distance)))
 
 
+def test_motion_noise_all_over_the_picture_grows_with_the_speed_of_the_camera() -> None:
+    moving = {"caster": CASTERS[2.0], "stamp": 0.5, "motion": motion(3.0, 0.5)}
+    assert_unit_normal(errors(MotionNoise(sigma=0.1, local=0), **moving) / (0.1 * (0.5 + 3.0 / 2)))
+
+
 def test_a_camera_that_stands_has_no_motion_noise() -> None:
     assert np.abs(errors(MotionNoise(sigma=5))).max() < 1e-5
 

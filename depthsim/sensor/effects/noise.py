@@ -53,10 +53,10 @@ def _flow(linear, turning, x, y, z):
 
 
 @kernel
-def _add_by_motion(start, stop, sigma, linear, turning, x, y, clean, variance):
+def _add_by_motion(start, stop, all_over, sigma, linear, turning, x, y, clean, variance):
     var, z, a, b = variance[start:stop], clean[start:stop], x[start:stop], y[start:stop]
     for i in range(var.size):
-        std = sigma * _flow(linear, turning, a[i], b[i], z[i])
+        std = all_over + sigma * _flow(linear, turning, a[i], b[i], z[i])
         var[i] += std * std
 
 
@@ -76,10 +76,10 @@ def _gain_by_radius(start, stop, gain_per_square, x, y, factor):
 
 
 @kernel
-def _gain_by_motion(start, stop, gain, linear, turning, x, y, clean, factor):
+def _gain_by_motion(start, stop, all_over, gain, linear, turning, x, y, clean, factor):
     f, z, a, b = factor[start:stop], clean[start:stop], x[start:stop], y[start:stop]
     for i in range(f.size):
-        f[i] *= _f(1) + gain * _flow(linear, turning, a[i], b[i], z[i])
+        f[i] *= _f(1) + all_over + gain * _flow(linear, turning, a[i], b[i], z[i])
 
 
 def _gain(unit: str, where: str, starts: tuple[float, ...]) -> float:
@@ -216,7 +216,11 @@ class VignettingNoise(Effect):
 
 
 class MotionNoise(Effect):
-    """std = sigma · the speed at which a pixel's surface goes over the picture, which blurs over the exposure."""
+    """std = sigma · speed: how fast a pixel's surface goes over the picture, which blurs over the exposure.
+
+    The part 1 - ``local`` of it is by the camera's own speed, all over the picture: ω + v · the mean of 1 / Z, turning
+    at ω and moving at v.
+    """
 
     id: ClassVar[str] = "motion_noise"
     stage: ClassVar[Stage] = Stage.NOISE
@@ -228,7 +232,7 @@ class MotionNoise(Effect):
     axes = ("motion", "time")
     kinds = ("spread",)
     recording = "the same view at rest and in fast motion"
-    forms = ({"gain": 0.0}, {"sigma": 0.0})
+    forms = tuple({name: 0.0, "local": local} for local in (1.0, 0.0) for name in ("gain", "sigma"))
 
     sigma: float = parameter(
         0.05,
@@ -242,6 +246,10 @@ class MotionNoise(Effect):
 
     gain: float = _gain("s/rad", "at 1 rad/s", (0.2, 2.0))
 
+    local: float = parameter(
+        1.0, low=0, high=1, unit="share", about="of the speed that is each pixel's own", source="the law of blur"
+    )
+
     @property
     def is_neutral(self) -> bool:
         """Whether it neither adds noise nor makes the other noise larger."""
@@ -251,8 +259,15 @@ class MotionNoise(Effect):
         """Add the variance of the noise."""
         linear, turning = frame.motion.velocity(frame.stamp)
         x, y = frame.camera.rays.reshape(2, -1)
-        moving = linear.astype(_f), turning.astype(_f), x, y, frame.geometry.depth.reshape(-1)
+        clean = frame.geometry.depth.reshape(-1)
+        moving = linear.astype(_f), turning.astype(_f), x, y, clean
+        all_over = 0.0
+        if self.local < 1:
+            near = np.mean(1 / np.maximum(clean[clean > 0], _NEAREST)) if np.any(clean > 0) else 0.0
+            all_over = (1 - self.local) * float(np.linalg.norm(turning) + np.linalg.norm(linear) * near)
         if self.sigma:
-            frame.run(_add_by_motion, _f(self.sigma), *moving, frame.noise_variance.reshape(-1))
+            own = _f(self.sigma * all_over), _f(self.sigma * self.local)
+            frame.run(_add_by_motion, *own, *moving, frame.noise_variance.reshape(-1))
         if self.gain:
-            frame.run(_gain_by_motion, _f(self.gain), *moving, frame.noise_gain.reshape(-1))
+            own = _f(self.gain * all_over), _f(self.gain * self.local)
+            frame.run(_gain_by_motion, *own, *moving, frame.noise_gain.reshape(-1))
