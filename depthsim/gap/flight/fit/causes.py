@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from depthsim.flight.table import Floats
-from depthsim.gap.diagnosis import Cause
+from depthsim.gap.diagnosis import Cause, rounded
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.effect import Candidate
 from depthsim.gap.flight.effects.wind import GustingWind
@@ -17,8 +17,12 @@ from depthsim.gap.flight.fit.select import Selection, without
 from depthsim.gap.resampling import block_weights, percentile95
 
 
-def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -> tuple[tuple[Cause, ...], list[float]]:
-    """The causes, the one that closes most first, and the gap before and after each [m/s²]."""
+def causes_of(
+    problem: Problem, selection: Selection, floor: float, seed: int
+) -> tuple[tuple[Cause, ...], list[float], tuple[float, float]]:
+    """The causes, the one that closes most first; the gap before and after each [m/s²]; the 95 % interval of what all
+    of them close, over blocks of time.
+    """
     fit = selection.fit
     ladder = _ladder(selection)
     weights = block_weights(int(problem.reporting.sum()), seed=seed)
@@ -27,7 +31,7 @@ def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -
     found, spans = [], intervals(fit, seed)
     for step, (index, _) in enumerate(ladder[1:], start=1):
         closed = float(_portion(rms, step, floor))
-        interval = _pair(percentile95(_portion(draws, step, floor)))
+        interval = rounded(percentile95(_portion(draws, step, floor)))
         if index is None:
             found.append(_gust_cause(problem, selection, closed, interval))
             continue
@@ -52,7 +56,7 @@ def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -
                 advice=advice(candidate.effect, alternatives),
             )
         )
-    return tuple(found), rms
+    return tuple(found), rms, rounded(percentile95(closed_share(draws[0], draws[-1], floor)))
 
 
 def _ladder(selection: Selection) -> list[tuple[int | None, Floats]]:
@@ -91,13 +95,6 @@ def _rms(problem: Problem, squares: Floats, weights: Floats | None = None) -> An
     return np.sqrt((weights @ squares) / (weights @ counts))
 
 
-def closed_interval(problem: Problem, selection: Selection, floor: float, seed: int) -> tuple[float, float]:
-    """The 95 % interval of what all causes together close, over blocks of time."""
-    weights = block_weights(int(problem.reporting.sum()), seed=seed)
-    before, after = _rms(problem, _first(selection.start), weights), _rms(problem, _first(selection.fit), weights)
-    return _pair(percentile95(np.clip((before - after) / np.maximum(before - floor, 1e-9), -1.0, 1.0)))
-
-
 def _portion(rms: Sequence[Any], step: int, floor: float) -> Any:
     """What one of several causes closes: its part of the power, as a part of what all of them close.
 
@@ -107,17 +104,16 @@ def _portion(rms: Sequence[Any], step: int, floor: float) -> Any:
     return np.clip(power * (rms[0] - rms[-1]) / np.maximum(rms[0] - floor, 1e-9), -1.0, 1.0)
 
 
-def closed_share(before: float, after: float, floor: float) -> float:
-    """(before - after) / (before - floor)."""
-    return float(np.clip((before - after) / max(before - floor, 1e-9), -1.0, 1.0))
+def closed_share(before: Any, after: Any, floor: float) -> Any:
+    """(before - after) / (before - floor), of figures or of draws of them."""
+    return np.clip((before - after) / np.maximum(before - floor, 1e-9), -1.0, 1.0)
 
 
 def _named(candidate: Candidate, values: Sequence[float], problem: Problem) -> dict[str, Any]:
     """Parameters by name, as the candidate has them reported."""
-    if candidate.named is None:
-        return {parameter.name: rounded(value) for parameter, value in zip(candidate.parameters, values, strict=True)}
-    found = candidate.named(values, problem.records, problem.base)
-    return {key: [rounded(one) for one in value] for key, value in found.items()}
+    if candidate.named is not None:
+        return rounded(candidate.named(values, problem.records, problem.base))
+    return rounded({parameter.name: value for parameter, value in zip(candidate.parameters, values, strict=True)})
 
 
 def gust_keys(problem: Problem, selection: Selection) -> dict[str, Any] | None:
@@ -158,12 +154,3 @@ def _gust_cause(problem: Problem, selection: Selection, closed: float, interval:
         ci95_closed=interval,
         advice=advice(GustingWind.id, ()),
     )
-
-
-def _pair(interval: tuple[float, float]) -> tuple[float, float]:
-    return rounded(interval[0]), rounded(interval[1])
-
-
-def rounded(value: float) -> float:
-    """Five digits: what is beyond them depends on the machine."""
-    return float(f"{value:.5g}")

@@ -20,6 +20,7 @@ from depthsim.gap.flight.fit.series import Series
 from depthsim.gap.flight.fit.wind import Windy, is_wind, with_wind
 from depthsim.gap.flight.where.correction import learn_time
 from depthsim.gap.resampling import paired
+from depthsim.gap.selection import is_tie, plainest
 
 _LIKE_WIND = ("wind", "sensor")
 """Families whose effects may have been misattributed: it was the mean of the gusts."""
@@ -133,13 +134,14 @@ def _trials(fit: Fit, bank: Sequence[Candidate]) -> list[Fit]:
 
 
 def _best(trials: Sequence[Fit]) -> Fit | None:
-    """The one with the least loss; of its effect the first candidate that is not worse."""
-    if not trials:
-        return None
-    best = min(trials, key=lambda trial: trial.loss.sum())
-    own = [trial for trial in trials if trial.effects[-1] == best.effects[-1]]
-    margin = best.problem.config.select.tie_gain
-    return next(trial for trial in own if trial.loss.sum() - best.loss.sum() < margin)
+    """The one with the least loss; of its effect the plainest candidate that is not worse."""
+    best = min(trials, key=_loss, default=None)
+    own = [trial for trial in trials if best and trial.effects[-1] == best.effects[-1]]
+    return plainest(own, _loss, lambda trial: len(trial.values[-1]), best.problem.config.select.tie_gain if best else 0)
+
+
+def _loss(fit: Fit) -> float:
+    return float(fit.loss.sum())
 
 
 def _clearly(worse: Fit, better: Fit) -> bool:
@@ -163,7 +165,7 @@ def _pruned(fit: Fit, start: Fit) -> Fit:
     """Without the candidates that are no longer needed beside the others."""
     while len(fit.candidates) > 1:
         smaller = [without(fit, index) for index in range(len(fit.candidates))]
-        weakest = min(smaller, key=lambda one: one.loss.sum())
+        weakest = min(smaller, key=_loss)
         if _worth(weakest, fit, start):
             return fit
         fit = weakest
@@ -257,7 +259,6 @@ def _alike(other: Fit, selected: Fit, others: Fit) -> bool:
     whole = float(others.loss.sum() - selected.loss.sum())
     expected = problem.worth * float(problem.counts[problem.selecting].sum()) * problem.sigma.size
     left = max(float(selected.loss.sum()) - expected, limit.noise_uncertainty * expected)
-    if gain < max(limit.tie_gain, min(limit.tie_share * whole, left)):
-        return True
+    margin = max(limit.tie_gain, min(limit.tie_share * whole, left))
     unsure = max(limit.unsure_gain, min(limit.unsure_share * whole, limit.unsure_left * left))
-    return difference.t < limit.tie_t and gain < unsure
+    return is_tie(gain, margin, unsure, lambda: difference.t >= limit.tie_t)
