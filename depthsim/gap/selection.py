@@ -40,7 +40,7 @@ def verdict_of(named: bool, unexplained: Unexplained | None) -> Verdict:
     return "explained" if unexplained is None else "partly_explained"
 
 
-def closes_enough(gained: float, left: float, whole: float, faint: float, limit: DepthSelect) -> bool:
+def closes_enough(gained: float, left: float, whole: float, faint: float, limit: Limits) -> bool:
     """Whether what a further cause closes is enough for a name: much of the whole gap, or most of what was left of it.
 
     How small it is beside the other causes does not count against it, but what is less than ``faint`` is no gap.

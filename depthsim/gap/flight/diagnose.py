@@ -22,7 +22,8 @@ from depthsim.gap.flight.effects.wind import GustingWind
 from depthsim.gap.flight.findings import Findings, learn_all, power, stands_out
 from depthsim.gap.flight.fit.agreement import blows, objections, only
 from depthsim.gap.flight.fit.candidates import bank, left_out
-from depthsim.gap.flight.fit.causes import causes_of, closed_share, gust_keys
+from depthsim.gap.flight.fit.causes import causes_of, closed_share
+from depthsim.gap.flight.fit.gusts import gust_parameters
 from depthsim.gap.flight.fit.intervals import intervals
 from depthsim.gap.flight.fit.select import Progress, Selection, select
 from depthsim.gap.flight.where.correction import Learned
@@ -164,7 +165,7 @@ def _findings(
         unexplained=unexplained,
         notes=tuple(notes),
     )
-    gusts = gust_keys(problem, selection)
+    gusts = gust_parameters(problem, selection.gusts)[0] if selection.gusts is not None else None
     return Findings(
         diagnosis, with_settings(vehicle, fit.settings, gusts), reported, selection, before, after, noise, state,
         tuple(learned), tuple(left),

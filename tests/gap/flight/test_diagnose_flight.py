@@ -148,9 +148,10 @@ def test_in_a_slow_flight_mass_is_indistinguishable_from_thrust_and_advice_says_
     assert "Weigh" in cause.advice
 
 
-def test_two_causes_are_both_named() -> None:
-    truth = Truth({"quad_all": 0.02}).plus(Truth(bias=(0.3, -0.2, 0.1)))
+def test_two_causes_are_both_named_however_small_one_is() -> None:
+    truth = Truth({"quad_all": 0.05}).plus(Truth(bias=(0.06, -0.04, 0.02)))
     diagnosis = diagnose_flight(log_of(truth), the_vehicle(True))
+    assert diagnosis.verdict == "explained"
     assert {cause.effect for cause in diagnosis.causes} == {"body_drag_quadratic", "imu_bias"}
     assert sum(cause.closed_fraction for cause in diagnosis.causes) == pytest.approx(
         diagnosis.gap.closed_fraction, abs=1e-3

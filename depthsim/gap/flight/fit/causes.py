@@ -11,9 +11,11 @@ from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.effect import Candidate
 from depthsim.gap.flight.effects.wind import GustingWind
 from depthsim.gap.flight.fit.advice import advice
+from depthsim.gap.flight.fit.gusts import gust_parameters
 from depthsim.gap.flight.fit.intervals import intervals
 from depthsim.gap.flight.fit.optimize import Fit, refitted
 from depthsim.gap.flight.fit.select import Selection, without
+from depthsim.gap.flight.fit.series import Series
 from depthsim.gap.resampling import block_weights, percentile95
 
 
@@ -33,7 +35,8 @@ def causes_of(
         closed = float(_portion(rms, step, floor))
         interval = rounded(percentile95(_portion(draws, step, floor)))
         if index is None:
-            found.append(_gust_cause(problem, selection, closed, interval))
+            assert selection.gusts is not None
+            found.append(_gust_cause(problem, selection.gusts, closed, interval, seed))
             continue
         candidate, values = fit.candidates[index], fit.values[index]
         alternatives = tuple(selection.alternatives[index]) if selection.alternatives else ()
@@ -116,40 +119,12 @@ def _named(candidate: Candidate, values: Sequence[float], problem: Problem) -> d
     return rounded({parameter.name: value for parameter, value in zip(candidate.parameters, values, strict=True)})
 
 
-def gust_keys(problem: Problem, selection: Selection) -> dict[str, Any] | None:
-    """What a vehicle.yaml has of the gusts: mean, strength and correlation time; None without gusts."""
-    if selection.gusts is None:
-        return None
-    wind, mean = selection.gusts.knots, np.array(problem.base.wind[:2]) + selection.gusts.knots.mean(axis=0)
-    spread = float(np.sqrt(wind.var(axis=0).mean()))
-    return {
-        "velocity": [rounded(float(mean[0])), rounded(float(mean[1])), 0.0],
-        "intensity": rounded(spread),
-        "correlation_time": rounded(_correlation_time(selection.gusts.knots, selection.gusts.time)),
-    }
-
-
-def _correlation_time(wind: Floats, time: Floats) -> float:
-    """[s] over which the series' correlation falls to 1/e."""
-    step = float(np.median(np.diff(time)))
-    calm = wind - wind.mean(axis=0)
-    whole = float((calm**2).sum())
-    for lag in range(1, len(calm) // 2):
-        if float((calm[lag:] * calm[:-lag]).sum()) < whole / np.e:
-            return lag * step
-    return len(calm) // 2 * step
-
-
-def _gust_cause(problem: Problem, selection: Selection, closed: float, interval: tuple[float, float]) -> Cause:
-    keys = gust_keys(problem, selection)
-    assert keys is not None and selection.gusts is not None
-    blocks = np.array_split(selection.gusts.knots, max(len(selection.gusts.knots) // 12, 2))
-    spreads = np.sqrt(np.array([block.var(axis=0).mean() for block in blocks]))
-    half = float(2 * spreads.std(ddof=1) / np.sqrt(len(spreads)))
+def _gust_cause(problem: Problem, series: Series, closed: float, interval: tuple[float, float], seed: int) -> Cause:
+    keys, spans = gust_parameters(problem, series, seed)
     return Cause(
         effect=GustingWind.id,
         parameters={"formula": "wind that changes in time", **keys},
-        ci95={"intensity": (rounded(max(keys["intensity"] - half, 0.0)), rounded(keys["intensity"] + half))},
+        ci95=spans,
         closed_fraction=rounded(closed),
         ci95_closed=interval,
         advice=advice(GustingWind.id, ()),

@@ -13,12 +13,10 @@ from itertools import pairwise
 import numpy as np
 
 from depthsim.flight.table import Floats
-from depthsim.gap.flight.data.evidence import Problem, Values
+from depthsim.gap.flight.data.evidence import TILT, Problem, Values
 from depthsim.gap.flight.data.simulate import Settings
 from depthsim.gap.flight.effect import Candidate
 
-_TILT = 0.005
-"""[rad] how well the attitude in a log is known to be the body's: 0.3 degrees."""
 _ROUNDS = 4
 _SHORTER = 0.3
 _CONVERGED = 1e-5
@@ -72,8 +70,8 @@ class Fit:
         matrix, vector = np.einsum("bcapq,ca->bpq", xx, w), np.einsum("bcap,ca->bp", xr, w)
         prior, pull = np.zeros(vector.shape[1]), np.zeros(vector.shape[1])
         count = len(self.tilts)
-        prior[:count] = 1 / _TILT**2
-        pull[:count] = -self.tilts / _TILT**2
+        prior[:count] = 1 / TILT**2
+        pull[:count] = -self.tilts / TILT**2
         return matrix, vector, prior, pull
 
     @cached_property
@@ -120,7 +118,7 @@ class Fit:
     def loss(self) -> Floats:
         """(B,) weighed, of the blocks for selecting, with the tilts' improbability shared out over them."""
         loss = np.einsum("bca,ca->b", self.squares, self.problem.weights)[self.problem.selecting]
-        return np.asarray(loss + (self.tilts**2).sum() / _TILT**2 / len(loss))
+        return np.asarray(loss + (self.tilts**2).sum() / TILT**2 / len(loss))
 
     def draws(self, weights: Floats) -> Floats:
         """(D, P) how the parameters change when blocks are drawn anew, within their bounds. weights: (D, B).
@@ -200,7 +198,7 @@ def _iterate(
 
 
 def _whole_loss(problem: Problem, residual: Floats, tilts: Floats) -> float:
-    return float(np.einsum("nca,nca,ca->", residual, residual, problem.weights) + (tilts**2).sum() / _TILT**2)
+    return float(np.einsum("nca,nca,ca->", residual, residual, problem.weights) + (tilts**2).sum() / TILT**2)
 
 
 def _columns(

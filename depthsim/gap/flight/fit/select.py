@@ -8,6 +8,8 @@ with a course in time is no candidate, as it cannot be predicted from one stretc
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from depthsim.flight.table import Floats
 from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight.data.evidence import Problem
@@ -20,7 +22,7 @@ from depthsim.gap.flight.fit.series import Series
 from depthsim.gap.flight.fit.wind import Windy, is_wind, with_wind
 from depthsim.gap.flight.where.correction import learn_time
 from depthsim.gap.resampling import paired
-from depthsim.gap.selection import is_tie, plainest
+from depthsim.gap.selection import closes_enough, is_tie, plainest
 
 _LIKE_WIND = ("wind", "sensor")
 """Families whose effects may have been misattributed: it was the mean of the gusts."""
@@ -108,8 +110,9 @@ def _windy(fit: Fit, bank: Sequence[Candidate], start: Fit, say: Progress) -> Wi
         return None
     gain, closed = float((fit.loss - best.fit.loss).sum()), float((start.loss - best.fit.loss).sum())
     replaced = any(family_of(effect) in _LIKE_WIND for effect in fit.effects if effect not in best.fit.effects)
-    least = 0.0 if replaced else config.select.gusts_share
-    return best if significant(fit.loss - best.fit.loss, config) and gain > least * closed else None
+    unsaid = _loss(fit) - _expected(problem)
+    enough = replaced or gain > config.select.gusts_share * closed or gain > config.select.further_of_left * unsaid
+    return best if significant(fit.loss - best.fit.loss, config) and enough else None
 
 
 def _windless(bank: Sequence[Candidate]) -> list[Candidate]:
@@ -127,6 +130,11 @@ def significant(gains: Floats, config: FlightConfig) -> bool:
     most = float(gains.max(initial=0.0))
     sure = paired(gains, 0 * gains).t > config.significance.least_t
     return total > least and (sure or total - most > 3 * least)
+
+
+def _expected(problem: Problem) -> float:
+    """The loss of noise alone."""
+    return problem.worth * float(problem.counts[problem.selecting].sum()) * problem.sigma.size
 
 
 def _trials(fit: Fit, bank: Sequence[Candidate]) -> list[Fit]:
@@ -152,13 +160,18 @@ def _clearly(worse: Fit, better: Fit) -> bool:
 
 
 def _worth(before: Fit, after: Fit, start: Fit) -> bool:
-    problem = start.problem
-    squares = [fit.squares[problem.selecting, 0].sum() for fit in (start, before, after)]
-    noise = float(problem.counts[problem.selecting].sum()) * float((start.problem.sigma[0] ** 2).sum())
-    power = max(float(squares[0]) - noise, 0.0)
-    config = start.problem.config
-    large = bool(squares[1] - squares[2] > config.select.least_share * power)
-    return significant(before.loss - after.loss, config) and large
+    """Whether what one cause more closes is more than chance, and enough for a name.
+
+    What is little beside a cause of the same family may be that one's, by another formula than the candidate's.
+    """
+    problem, config = start.problem, start.problem.config
+    noise = float(problem.counts[problem.selecting].sum() * (problem.sigma[0] ** 2).sum())
+    whole, left, rest = (float(fit.squares[problem.selecting, 0].sum()) - noise for fit in (start, before, after))
+    families = {family_of(effect) for effect in before.effects} - {"other"}
+    alike = any(family_of(effect) in families for effect in after.effects if effect not in before.effects)
+    faint = config.significance.faint**2 * noise
+    enough = closes_enough(left - rest, np.inf if alike else left, whole, faint, config.select)
+    return enough and significant(before.loss - after.loss, config)
 
 
 def _pruned(fit: Fit, start: Fit) -> Fit:
@@ -257,7 +270,7 @@ def _alike(other: Fit, selected: Fit, others: Fit) -> bool:
     difference = paired(other.loss, selected.loss)
     gain = difference.mean * len(other.loss)
     whole = float(others.loss.sum() - selected.loss.sum())
-    expected = problem.worth * float(problem.counts[problem.selecting].sum()) * problem.sigma.size
+    expected = _expected(problem)
     left = max(float(selected.loss.sum()) - expected, limit.noise_uncertainty * expected)
     margin = max(limit.tie_gain, min(limit.tie_share * whole, left))
     unsure = max(limit.unsure_gain, min(limit.unsure_share * whole, limit.unsure_left * left))
