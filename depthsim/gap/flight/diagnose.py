@@ -25,6 +25,7 @@ from depthsim.gap.flight.fit.candidates import bank, left_out
 from depthsim.gap.flight.fit.causes import causes_of, closed_share
 from depthsim.gap.flight.fit.gusts import gust_parameters
 from depthsim.gap.flight.fit.intervals import intervals
+from depthsim.gap.flight.fit.optimize import empty_fit
 from depthsim.gap.flight.fit.select import Progress, Selection, select
 from depthsim.gap.flight.where.correction import Learned
 from depthsim.gap.flight.where.localize import cuts
@@ -54,11 +55,11 @@ def investigate(
     candidates = bank(records, problem.base, vehicle.rotors.radius, without)
     say("noise and axes")
     gusts = GustingWind.id not in without
-    selection = select(problem, candidates, gusts, say)
+    selection = select(empty_fit(problem), candidates, gusts, say)
     quieter = with_noise(problem, selection.fit.settings)
     if (quieter.sigma < 0.8 * problem.sigma).any():
         problem = quieter
-        selection = select(problem, candidates, gusts, say)
+        selection = select(empty_fit(problem), candidates, gusts, say)
     command = _as_command(problem, selection, vehicle)
     if command is not None:
         problem = command
@@ -67,7 +68,7 @@ def investigate(
             f"the thrust in the log is read as a command, which the motors follow with the vehicle's {lag:g} s"
         )
         candidates = bank(records, problem.base, vehicle.rotors.radius, without)
-        selection = select(problem, candidates, gusts, say)
+        selection = select(empty_fit(problem), candidates, gusts, say)
     return _agreed(problem, candidates, selection, vehicle, seed, notes, gusts, say)
 
 
@@ -99,7 +100,7 @@ def _agreed(
         kept = tuple(index for index in range(len(effects)) if index not in wrong)
         trusted |= {effects[index] for index in kept}
         if turn < problem.config.select.rounds:
-            selection = select(problem, [one for one in candidates if one.effect not in refused], gusts, say)
+            selection = select(selection.start, [c for c in candidates if c.effect not in refused], gusts, say)
         else:
             selection = only(selection, kept)
     return found

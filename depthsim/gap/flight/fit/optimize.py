@@ -16,6 +16,7 @@ from depthsim.flight.table import Floats
 from depthsim.gap.flight.data.evidence import TILT, Problem, Values
 from depthsim.gap.flight.data.simulate import Settings
 from depthsim.gap.flight.effect import Candidate
+from depthsim.gap.resampling import block_weights
 
 _ROUNDS = 4
 _SHORTER = 0.3
@@ -120,13 +121,15 @@ class Fit:
         loss = np.einsum("bca,ca->b", self.squares, self.problem.weights)[self.problem.selecting]
         return np.asarray(loss + (self.tilts**2).sum() / TILT**2 / len(loss))
 
-    def draws(self, weights: Floats) -> Floats:
-        """(D, P) how the parameters change when blocks are drawn anew, within their bounds. weights: (D, B).
+    def draws(self, count: int, seed: int) -> Floats:
+        """(count, P) how the parameters change when blocks are drawn anew, within their bounds; drawn once.
 
         Of few blocks the draws scatter too little: they are as wide as Student's t for as many has it.
         """
         from scipy.special import stdtrit
 
+        if (count, seed) in self._drawn:
+            return self._drawn[count, seed]
         matrix, vector, prior, pull = self.normal
         free = max(len(vector) - vector.shape[1], 2)
         wider = float(stdtrit(free, 0.975)) / 1.96 * np.sqrt(len(vector) / free)
@@ -134,9 +137,18 @@ class Fit:
         room = self.room
         found = [
             _solve(np.tensordot(one, matrix, 1) + np.diag(prior), wider * (one @ vector + pull - left) + left, room)
-            for one in weights
+            for one in block_weights(len(vector), count, seed)
         ]
-        return np.stack(found)
+        return self._drawn.setdefault((count, seed), np.stack(found))
+
+    @cached_property
+    def _drawn(self) -> dict[tuple[int, int], Floats]:
+        return {}
+
+    @cached_property
+    def extensions(self) -> "dict[Candidate, Fit]":
+        """Fits with one candidate more, which selections that begin alike ask for again."""
+        return {}
 
     def parts(self, columns: Floats) -> list[Floats]:
         """The columns (..., P) of each candidate."""
@@ -151,9 +163,10 @@ def empty_fit(problem: Problem) -> Fit:
 
 def extended(fit: Fit, candidate: Candidate) -> Fit:
     """A fit with one candidate more; the columns of the others are taken over from before."""
-    return _iterate(
-        fit.problem, (*fit.candidates, candidate), (*fit.values, tuple(candidate.starts)), fit.tilts, fit.columns
-    )
+    if candidate not in fit.extensions:
+        candidates, values = (*fit.candidates, candidate), (*fit.values, tuple(candidate.starts))
+        fit.extensions[candidate] = _iterate(fit.problem, candidates, values, fit.tilts, fit.columns)
+    return fit.extensions[candidate]
 
 
 def refitted(problem: Problem, candidates: Sequence[Candidate], values: Values | None = None) -> Fit:

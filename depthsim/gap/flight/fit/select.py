@@ -17,7 +17,7 @@ from depthsim.gap.flight.effect import Candidate, family_of
 from depthsim.gap.flight.effects.rotors import EACH, UNEVEN, RotorThrustDifference, logged_shares
 from depthsim.gap.flight.effects.wind import ConstantWind
 from depthsim.gap.flight.fit.intervals import intervals
-from depthsim.gap.flight.fit.optimize import Fit, empty_fit, extended, refitted
+from depthsim.gap.flight.fit.optimize import Fit, extended, refitted
 from depthsim.gap.flight.fit.series import Series
 from depthsim.gap.flight.fit.wind import Windy, is_wind, with_wind
 from depthsim.gap.flight.where.correction import learn_time
@@ -44,11 +44,11 @@ class Selection:
     alternatives: tuple[dict[str, Fit], ...]
 
 
-def select(
-    problem: Problem, bank: Sequence[Candidate], gusts: bool = True, say: Progress = lambda _: None
-) -> Selection:
-    """The effects of the bank that the logs speak for, and a wind with a course in time if it is asked for."""
-    start = empty_fit(problem)
+def select(start: Fit, bank: Sequence[Candidate], gusts: bool = True, say: Progress = lambda _: None) -> Selection:
+    """The effects of the bank that the logs speak for, and a wind with a course in time if it is asked for.
+
+    start: without any effect.
+    """
     fit = _grown(start, bank, start, say)
     windy = _windy(fit, bank, start, say) if gusts else None
     if windy is not None:
@@ -198,7 +198,8 @@ def _exchanged(fit: Fit, bank: Sequence[Candidate], start: Fit) -> tuple[Fit, tu
         found = []
         better: Fit | None = None
         for index in range(len(fit.candidates)):
-            others = without(fit, index)
+            alone = len(fit.candidates) == 1 and fit.problem is start.problem
+            others = start if alone else without(fit, index)
             trials = _by_effect(_trials(others, bank))
             own = trials.pop(fit.effects[index], None)
             for trial in trials.values():
@@ -230,8 +231,8 @@ def _plainer(fit: Fit) -> Fit:
         while place < len(fit.candidates[index].parameters) and len(fit.candidates[index].parameters) > 1:
             candidate = fit.candidates[index]
             one = candidate.parameters[place]
-            low, high = intervals(fit)[index][:, place]
-            if one.spare and low <= one.nothing <= high:
+            low, high = intervals(fit)[index][:, place] if one.spare else (np.inf, -np.inf)
+            if low <= one.nothing <= high:
                 values = (*fit.values[index][:place], *fit.values[index][place + 1 :])
                 fewer = refitted(
                     fit.problem,
