@@ -16,7 +16,7 @@ from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.effect import Candidate, family_of
 from depthsim.gap.flight.effects.rotors import EACH, UNEVEN, RotorThrustDifference, logged_shares
 from depthsim.gap.flight.effects.wind import ConstantWind
-from depthsim.gap.flight.fit.intervals import intervals
+from depthsim.gap.flight.fit.intervals import intervals, unidentified
 from depthsim.gap.flight.fit.optimize import Fit, extended, refitted
 from depthsim.gap.flight.fit.series import Series
 from depthsim.gap.flight.fit.wind import Windy, is_wind, with_wind
@@ -55,7 +55,7 @@ def select(start: Fit, bank: Sequence[Candidate], gusts: bool = True, say: Progr
         fit, bank = windy.fit, _windless(bank)
     say("alternatives")
     fit, alternatives = _exchanged(fit, bank, start)
-    fit = _plainer(fit)
+    fit = _plainer(_said(fit, bank))
     return Selection(start, fit, windy.series if windy else None, alternatives)
 
 
@@ -222,6 +222,26 @@ def _exchanged(fit: Fit, bank: Sequence[Candidate], start: Fit) -> tuple[Fit, tu
             break
         fit = _pruned(refitted(fit.problem, better.candidates, better.values), start)
     return fit, tuple(found)
+
+
+def _said(fit: Fit, bank: Sequence[Candidate]) -> Fit:
+    """With plainer candidates for effects whose every parameter may be where it changes nothing.
+
+    Two parameters that do the same to a log, as a thrust's scale and offset do in a hover, hide each other.
+    """
+    for index, hidden in enumerate(unidentified(fit)):
+        before, after = slice(None, index), slice(index + 1, None)
+        fits = [
+            refitted(
+                fit.problem,
+                (*fit.candidates[before], one, *fit.candidates[after]),
+                (*fit.values[before], tuple(one.starts), *fit.values[after]),
+            )
+            for one in bank
+            if hidden and one.effect == fit.effects[index] and len(one.parameters) < len(fit.values[index])
+        ]
+        fit = min(fits, key=_loss, default=fit)
+    return fit
 
 
 def _plainer(fit: Fit) -> Fit:
