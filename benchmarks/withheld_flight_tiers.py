@@ -8,7 +8,7 @@ from rich.table import Table
 
 from benchmarks.withheld_flight import EFFECTS, WINDS, Case, further, is_of, share, the_vehicle
 from benchmarks.withheld_flight_data import MASS, Noise, Truth, flight, random_path
-from benchmarks.withheld_flight_wind import FORMS, mean_of, wind
+from benchmarks.withheld_flight_wind import FORMS, gusts_of, mean_of, wind
 from depthsim.flight.log import FlightLog
 from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight import investigate
@@ -19,6 +19,7 @@ PAIRS = (
     ("vertical_damping", "imu_bias"), ("mass", "imu_misalignment"),
 )  # fmt: skip
 EVEN, UNEVEN = (1.0, 1.0), (2.0, 0.3)
+GUSTS = "gusting_wind"
 HALF_RHO = 0.5 * 1.225
 
 
@@ -72,6 +73,7 @@ def winds(console: Console, logs: int, seed: int, source: str, config: FlightCon
     """Five forms on five paths; named is whether the first cause is a wind, near whether its mean is within 15 %."""
     table = Table("form", "named", "mean within 15 %", "closed, median", "other causes", title="Winds of five forms")
     named, near, total = 0, 0, 0
+    inside: dict[str, list[bool]] = {}
     for number, form in enumerate(FORMS):
         rows = []
         for path in ("hover", "circle", "lemniscate", "shuttle", "hops"):
@@ -81,6 +83,11 @@ def winds(console: Console, logs: int, seed: int, source: str, config: FlightCon
                 truth = wind(rng, form)
                 case = _diagnosed(("constant_wind",), _logged(rng, path, truth, place), config)
                 rows.append((case, _mean_error(case, truth)))
+                for cause in case.found.diagnosis.causes:
+                    gusts = case.found.selection.gusts
+                    if cause.effect == GUSTS and gusts is not None:
+                        for name, values in gusts_of(truth, gusts.time[0], gusts.time[-1]).items():
+                            inside.setdefault(name, []).extend(_covered(cause.ci95, {name: values}))
         ok = [bool(case.first) and case.found.diagnosis.causes[0].effect in WINDS for case, _ in rows]
         close = [error < 0.15 for _, error in rows]
         closed = np.median([case.found.diagnosis.gap.closed_fraction for case, _ in rows])
@@ -89,6 +96,8 @@ def winds(console: Console, logs: int, seed: int, source: str, config: FlightCon
         table.add_row(form, f"{sum(ok)} of {len(ok)}", str(sum(close)), f"{closed:.2f}", str(others))
     console.print(table)
     console.print(f"a wind named first: {share(named, total)}; aim 95 %; its mean within 15 %: {share(near, total)}")
+    for name, covered in inside.items():
+        console.print(f"    95 % intervals of {name} that hold the truth: {share(sum(covered), len(covered))}")
 
 
 def _mean_error(case: Case, truth: Truth) -> float:
@@ -148,5 +157,6 @@ def _covered(found: dict[str, object], values: dict[str, list[float]]) -> list[b
     for name, truths in values.items():
         if name in found:
             ends = np.reshape(np.array(found[name], dtype=float), (-1, 2))
+            ends = ends[: len(truths)]  # of a wind the part upwards is none that was fitted
             out += [bool(low <= truth <= high) for truth, (low, high) in zip(truths, ends, strict=True)]
     return out

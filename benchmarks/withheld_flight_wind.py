@@ -86,5 +86,19 @@ def wind(rng: Rng, form: str) -> Truth:
 
 def mean_of(truth: Truth) -> Floats:
     """(2,) the mean over what the log has [m/s]."""
+    return np.asarray(_logged(truth).mean(axis=0))
+
+
+def gusts_of(truth: Truth, start: float, end: float) -> dict[str, list[float]]:
+    """Mean, standard deviation and correlation time from a second to another, as a report names them."""
+    wind = _logged(truth, start, end)
+    calm = wind - wind.mean(axis=0)
+    alike = sum(np.correlate(column, column, "full")[len(calm) - 1 :] for column in calm.T)
+    seconds = STEP * int(np.argmax(alike < alike[0] / np.e))
+    spread = float(np.sqrt((calm**2).mean()))
+    return {"velocity": wind.mean(axis=0).tolist(), "intensity": [spread], "correlation_time": [seconds]}
+
+
+def _logged(truth: Truth, start: float = 0.5, end: float = SECONDS) -> Floats:
     assert truth.wind is not None
-    return np.asarray(truth.wind[50 : round(SECONDS / STEP), :2].mean(axis=0))
+    return np.asarray(truth.wind[round(start / STEP) : round(end / STEP), :2])

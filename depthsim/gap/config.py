@@ -242,7 +242,8 @@ class FlightSelect(Section):
     rounds: int = _count(2, "times that causes are looked for again, when some do not act where the gap lies")
     nearest: float = _value(0.1, "that an effect must close to be reported as near, though it is no cause")
     most_nearest: int = _count(3, "effects that are reported as near at most")
-    least_share: float = _value(0.01, "of the gap's power, a tenth of its size: less is not worth a name")
+    further: float = _value(0.01, "of the gap's power, a tenth of its size, that is enough, whatever was left")
+    further_of_left: float = _value(0.5, "of the power that was left, that is enough for a further cause")
     tie_t: float = _value(2.0, "difference of two losses over its standard error, below which they may be equal")
     tie_gain: float = _value(5.0, "difference of two losses below which they are equal")
     tie_share: float = _value(

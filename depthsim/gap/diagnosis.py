@@ -16,6 +16,15 @@ What = Literal["bias", "spread", "missing", "correlation", "tail"]
 Interval = tuple[FiniteFloat, FiniteFloat]
 
 
+def rounded(value: Any, figures: int = 5) -> Any:
+    """Floats with so many figures, in dictionaries, lists and tuples too: what is beyond depends on the machine."""
+    if isinstance(value, dict):
+        return {key: rounded(one, figures) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return type(value)(rounded(one, figures) for one in value)
+    return float(f"{value:.{figures}g}") if isinstance(value, float) else value
+
+
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -25,8 +25,9 @@ from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
-from depthsim.gap.diagnosis import Diagnosis, Gap, Nearest, Unexplained, Verdict
+from depthsim.gap.diagnosis import Diagnosis, Gap, Nearest, Unexplained
 from depthsim.gap.report.folder import check_report_folder
+from depthsim.gap.selection import verdict_of
 from depthsim.materials import Materials
 from depthsim.runs.folder import Run
 from depthsim.scene import Scene
@@ -144,7 +145,7 @@ def investigate(
 
     as_given, errors = (recorded, errors) if is_cause else (None, None)
     diagnosis = Diagnosis(
-        verdict=_verdict(named, unexplained),
+        verdict=verdict_of(named, unexplained),
         gap=gap,
         where=where,
         causes=causes_of(validator, selection, before.gap - after.floor, as_given, errors),
@@ -257,12 +258,6 @@ def _left(
     left = locate(evidence, validator.ruler, effects)
     cuts = cuts_of(evidence, effects, left)
     return left, unexplained_by(left, cuts, max(1 - closed, 0.0), selection.nearest)
-
-
-def _verdict(named: bool, unexplained: Unexplained | None) -> Verdict:
-    if not named:
-        return "unexplained"
-    return "explained" if unexplained is None else "partly_explained"
 
 
 def _gap(before: Score, after: Score, closed: float, half: float) -> Gap:

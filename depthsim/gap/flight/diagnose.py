@@ -1,6 +1,6 @@
 """From logs and a vehicle to a diagnosis: where the forces differ, which effects cause it, how far they close it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from depthsim.flight.log import FlightLog
 from depthsim.flight.table import Floats
 from depthsim.flight.vehicle import Vehicle
 from depthsim.gap.config import FlightConfig
-from depthsim.gap.diagnosis import Cause, Diagnosis, Gap, Nearest, Unexplained, Verdict
+from depthsim.gap.diagnosis import Diagnosis, Gap, Nearest, Unexplained, rounded
 from depthsim.gap.flight.data.axes import state_of
 from depthsim.gap.flight.data.evidence import Problem, make_problem, with_noise
 from depthsim.gap.flight.data.records import prepare
@@ -22,11 +22,14 @@ from depthsim.gap.flight.effects.wind import GustingWind
 from depthsim.gap.flight.findings import Findings, learn_all, power, stands_out
 from depthsim.gap.flight.fit.agreement import blows, objections, only
 from depthsim.gap.flight.fit.candidates import bank, left_out
-from depthsim.gap.flight.fit.causes import causes_of, closed_interval, closed_share, gust_keys, rounded
+from depthsim.gap.flight.fit.causes import causes_of, closed_share
+from depthsim.gap.flight.fit.gusts import gust_parameters
 from depthsim.gap.flight.fit.intervals import intervals
+from depthsim.gap.flight.fit.optimize import empty_fit
 from depthsim.gap.flight.fit.select import Progress, Selection, select
 from depthsim.gap.flight.where.correction import Learned
 from depthsim.gap.flight.where.localize import cuts
+from depthsim.gap.selection import Refused, nearest_in_words, verdict_of
 
 _CUTOFF_WORDS = "4 Hz low-pass on both sides, per axis of the body, on time held out"
 
@@ -52,11 +55,11 @@ def investigate(
     candidates = bank(records, problem.base, vehicle.rotors.radius, without)
     say("noise and axes")
     gusts = GustingWind.id not in without
-    selection = select(problem, candidates, gusts, say)
+    selection = select(empty_fit(problem), candidates, gusts, say)
     quieter = with_noise(problem, selection.fit.settings)
     if (quieter.sigma < 0.8 * problem.sigma).any():
         problem = quieter
-        selection = select(problem, candidates, gusts, say)
+        selection = select(empty_fit(problem), candidates, gusts, say)
     command = _as_command(problem, selection, vehicle)
     if command is not None:
         problem = command
@@ -65,7 +68,7 @@ def investigate(
             f"the thrust in the log is read as a command, which the motors follow with the vehicle's {lag:g} s"
         )
         candidates = bank(records, problem.base, vehicle.rotors.radius, without)
-        selection = select(problem, candidates, gusts, say)
+        selection = select(empty_fit(problem), candidates, gusts, say)
     return _agreed(problem, candidates, selection, vehicle, seed, notes, gusts, say)
 
 
@@ -80,7 +83,7 @@ def _agreed(
     say: Progress,
 ) -> Findings:
     """The findings, once every cause acts where the gap lies; what does not is looked at no more, and others are."""
-    refused: dict[str, Nearest] = {}
+    refused = Refused()
     trusted: set[str] = set()
     for turn in range(problem.config.select.rounds + problem.config.select.most_causes):
         say("what is left")
@@ -92,14 +95,12 @@ def _agreed(
         effects = selection.fit.effects
         closed = {cause.effect: cause.closed_fraction for cause in found.diagnosis.causes}
         for index, why in wrong.items():
-            refused[effects[index]] = Nearest(
-                effect=effects[index], closed_fraction=closed[effects[index]], why_not=why
-            )
+            refused.refuse(effects[index], closed[effects[index]], why)
             say(f"{effects[index]} is no cause: it {why}")
         kept = tuple(index for index in range(len(effects)) if index not in wrong)
         trusted |= {effects[index] for index in kept}
         if turn < problem.config.select.rounds:
-            selection = select(problem, [one for one in candidates if one.effect not in refused], gusts, say)
+            selection = select(selection.start, [c for c in candidates if c.effect not in refused], gusts, say)
         else:
             selection = only(selection, kept)
     return found
@@ -129,7 +130,7 @@ def _findings(
     vehicle: Vehicle,
     seed: int,
     notes: list[str],
-    refused: Mapping[str, Nearest],
+    refused: Refused,
 ) -> Findings:
     fit, start = selection.fit, selection.start
     reported, rows = problem.reported, problem.reported_rows
@@ -137,7 +138,7 @@ def _findings(
     before, after = start.residual[rows, 0], fit.held_out[rows, 0]
     noise = np.minimum(noise, np.sqrt(np.minimum((before**2).mean(axis=0), (after**2).mean(axis=0))))
     floor = float(np.sqrt((noise**2).mean()))
-    causes, steps = causes_of(problem, selection, floor, seed)
+    causes, steps, interval = causes_of(problem, selection, floor, seed)
     state = state_of(reported, problem.base)
     learned = learn_all(reported, before, problem.base, noise)
     left = learn_all(reported, after, fit.settings, noise)
@@ -145,26 +146,19 @@ def _findings(
     there = [one for one in learned if stands_out(one, gap_power, noise, problem.config)]
     unnamed = [one for one in left if stands_out(one, rest_power, noise, problem.config)]
     gap = bool(causes) or bool(there)
-    near = _nearest(refused, causes, problem.config)
-    after_rms = steps[-1]
-    closed = closed_share(steps[0], after_rms, floor) if causes else 0.0
-    interval = closed_interval(problem, selection, floor, seed) if causes else (0.0, 0.0)
-    unexplained = (
-        _unexplained(reported, after, fit.settings, unnamed, noise, (steps[0], after_rms, floor), near) if gap else None
-    )
-    verdict: Verdict = "no_gap"
-    if gap:
-        verdict = "explained" if causes and unexplained is None else "partly_explained" if causes else "unexplained"
+    near = refused.nearest([cause.effect for cause in causes], problem.config.select)
+    figures = steps[0], steps[-1], floor
+    unexplained = _unexplained(reported, after, fit.settings, unnamed, noise, figures, near) if gap else None
     where = cuts(reported, before, state, there, noise) if gap else ()
     diagnosis = Diagnosis(
-        verdict=verdict,
+        verdict=verdict_of(bool(causes), unexplained) if gap else "no_gap",
         gap=Gap(
             measure=f"RMS of the specific force that the model misses ({problem.records.channels[0]}; {_CUTOFF_WORDS})",
             unit="m/s²",
             before=rounded(steps[0]),
-            after=rounded(after_rms),
+            after=rounded(steps[-1]),
             floor=rounded(floor),
-            closed_fraction=rounded(closed),
+            closed_fraction=rounded(float(closed_share(*figures))),
             ci95=interval,
         ),
         where=where,
@@ -172,7 +166,7 @@ def _findings(
         unexplained=unexplained,
         notes=tuple(notes),
     )
-    gusts = gust_keys(problem, selection)
+    gusts = gust_parameters(problem, selection.gusts)[0] if selection.gusts is not None else None
     return Findings(
         diagnosis, with_settings(vehicle, fit.settings, gusts), reported, selection, before, after, noise, state,
         tuple(learned), tuple(left),
@@ -199,19 +193,11 @@ def _unexplained(
     text = (
         f"No effect of the bank closes {fraction:.0%} of the gap. It goes with {_words(unnamed)}; a correction learned "
         f"on {first.axis.replace('_', ' ')} would close {learnable:.0%} of the gap on time held out."
+        f"{nearest_in_words(nearest)}"
     )
-    if nearest:
-        text += f" Nearest in the bank: {nearest[0].effect}, but it {nearest[0].why_not}."
     return Unexplained(
         fraction=rounded(fraction), where=where, description=text, learnable=rounded(learnable), nearest=nearest
     )
-
-
-def _nearest(refused: Mapping[str, Nearest], causes: Sequence[Cause], config: FlightConfig) -> tuple[Nearest, ...]:
-    """The effects that come nearest of those that are no causes, best first."""
-    named = {cause.effect for cause in causes}
-    some = [one for one in refused.values() if one.effect not in named and one.closed_fraction >= config.select.nearest]
-    return tuple(sorted(some, key=lambda one: -one.closed_fraction)[: config.select.most_nearest])
 
 
 def _words(unnamed: list[Learned]) -> str:

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnosed import gap_of, log_of
 from typer.testing import CliRunner
 
 from benchmarks.withheld_flight import the_vehicle
-from benchmarks.withheld_flight_data import Noise, Truth, flight
 from benchmarks.withheld_flight_data import Path as Flown
+from benchmarks.withheld_flight_data import Truth
 from depthsim.cli import app
 from depthsim.errors import InputError
 from depthsim.flight.flying import fly
@@ -18,13 +19,12 @@ from depthsim.flight.pathspec import resolve_path
 from depthsim.flight.vehicle import load_vehicle
 from depthsim.gap.flight import diagnose_flight
 
-EIGHT = Flown("lemniscate", 8.0, 18.0, 3.0, 1.2, turning=True, phase=0.7)
 DRAG = Truth({"quad_all": 0.03})
 
 
 @pytest.fixture(scope="module")
 def log() -> FlightLog:
-    return flight(EIGHT, DRAG, Noise(), 1)
+    return log_of(DRAG)
 
 
 def test_without_an_accelerometer_the_force_is_from_velocities(log: FlightLog) -> None:
@@ -108,12 +108,11 @@ def test_the_report_is_whole_and_its_vehicle_flies_without_a_gap(log: FlightLog,
 )
 def test_what_is_found_has_a_place_in_the_vehicle(truth: Truth, tmp_path: Path) -> None:
     hops = Flown("hops", 3.0, 4.0, 0.15, 0.9, turning=True, phase=1.3)
-    log = flight(hops, truth, Noise(), 5)
+    log = log_of(truth, hops, 5)
     first = diagnose_flight(log, the_vehicle(True), tmp_path / "one")
     assert first.causes
     measured = load_vehicle(tmp_path / "one" / "vehicle.yaml")
-    again = diagnose_flight(log, measured)
-    assert again.gap.before < 0.3 * first.gap.before
+    assert gap_of(log, measured) < 0.3 * first.gap.before
     assert fly(resolve_path("circle:radius=8,center=0/0/3", 5.0), measured).error.max() < 5
 
 

@@ -5,24 +5,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnosed import gap_of, log_of
 
 from benchmarks import withheld_flight_inverse as inverse
 from benchmarks.withheld_flight import the_vehicle
-from benchmarks.withheld_flight_data import Noise, Truth, flight
-from benchmarks.withheld_flight_data import Path as Flown
+from benchmarks.withheld_flight_data import Truth
 from depthsim.errors import InputError
 from depthsim.flight.log import FlightLog
 from depthsim.flight.measurement import Measurement
 from depthsim.flight.vehicle import load_vehicle
-from depthsim.gap.flight import diagnose_flight, investigate
+from depthsim.gap.flight import diagnose_flight
 from depthsim.gap.flight.data.columns import measured_columns
-
-EIGHT = Flown("lemniscate", 8.0, 18.0, 3.0, 1.2, turning=True, phase=0.7)
 
 
 @pytest.fixture(scope="module")
 def log() -> FlightLog:
-    return flight(EIGHT, Truth({"quad_all": 0.03}), Noise(), 1)
+    return log_of(Truth({"quad_all": 0.03}))
 
 
 def hover(log: FlightLog, mass: float) -> FlightLog:
@@ -128,7 +126,7 @@ def test_other_formulas_for_an_effect_have_its_name(effect: str, variant: int, t
     assert diagnosis.gap.closed_fraction > 0.7
     measured = load_vehicle(tmp_path / "report" / "vehicle.yaml")
     if effect != "gusting_wind":  # whose file has their statistics, not this flight's gusts
-        assert investigate([log], measured).diagnosis.gap.before < 0.5 * diagnosis.gap.before
+        assert gap_of(log, measured) < 0.5 * diagnosis.gap.before
 
 
 def test_a_recorder_that_drifts_and_fades() -> None:

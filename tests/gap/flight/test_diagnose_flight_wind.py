@@ -28,6 +28,11 @@ def test_a_wind_that_changes_is_named_with_its_mean(form: str, path: Flown) -> N
     truth = Truth(wind=FORMS[form](np.random.default_rng(5), 8.5))
     cause = diagnose_flight(flight(path, truth, Noise(), 5), the_vehicle(True)).causes[0]
     assert cause.effect in WINDS
+    ends = cause.ci95["velocity"]
+    assert all(low <= at <= high for (low, high), at in zip(ends, cause.parameters["velocity"], strict=True))
+    assert cause.ci95["intensity"][0] < cause.parameters["intensity"] < cause.ci95["intensity"][1]
+    assert max(high - low for low, high in ends) < 0.2, "of 8.5 m/s"
+    assert ("correlation_time" in cause.parameters) == ("correlation_time" in cause.ci95) == (form == "sine")
     mean = mean_of(truth)
     assert np.linalg.norm(np.array(cause.parameters["velocity"][:2]) - mean) < 0.05 * np.linalg.norm(mean)
     assert cause.closed_fraction > 0.9

@@ -1,7 +1,6 @@
 """The causes of a gap with what each closes, and the sensor with all of them."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.advice import advice_for
@@ -9,7 +8,7 @@ from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.validate import Validator, closed_error
-from depthsim.gap.diagnosis import Cause
+from depthsim.gap.diagnosis import Cause, rounded
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.profile import Profile
 
@@ -40,7 +39,7 @@ def causes_of(
         causes.append(
             Cause(
                 effect=part.effect,
-                parameters=_rounded(model.parameters(number)),
+                parameters=rounded(model.parameters(number), 6),
                 ci95=intervals[number],
                 closed_fraction=fraction,
                 ci95_closed=(fraction - half, fraction + half),
@@ -55,8 +54,8 @@ def causes_of(
         causes.append(
             Cause(
                 effect=effect.id,
-                parameters=_rounded(effect.model_dump()),
-                ci95={name: _rounded(list(ends)) for name, ends in errors.intervals().items()},
+                parameters=rounded(effect.model_dump(), 6),
+                ci95={name: rounded(list(ends), 6) for name, ends in errors.intervals().items()},
                 closed_fraction=fraction,
                 ci95_closed=(fraction - half, fraction + half),
             )
@@ -66,14 +65,5 @@ def causes_of(
 
 def fixed_profile(profile: Profile, effects: Sequence[Effect]) -> Profile:
     """The profile with the causes added, its parameters as they are reported."""
-    rounded = tuple(type(e)(**_rounded(e.model_dump())) for e in effects)
-    return profile.model_copy(update={"name": f"{profile.name}_fitted", "effects": rounded, "camera": None})
-
-
-def _rounded(value: Any) -> Any:
-    """Numbers with six figures, which is more than any fit gives."""
-    if isinstance(value, dict):
-        return {k: _rounded(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [_rounded(v) for v in value]
-    return float(f"{value:.6g}") if isinstance(value, float) else value
+    shown = tuple(type(e)(**rounded(e.model_dump(), 6)) for e in effects)
+    return profile.model_copy(update={"name": f"{profile.name}_fitted", "effects": shown, "camera": None})

@@ -10,6 +10,7 @@ from depthsim.gap.depth.fit.agreement import disagreement, makes_steps
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, polish, refine, start
 from depthsim.gap.depth.fit.validate import Validator
+from depthsim.gap.selection import plainest
 from depthsim.sensor.effect import Effect, effect_class
 
 Say = Callable[[str], None]
@@ -90,9 +91,8 @@ class Search:
         margin = self.config.select.tied * self.whole
         if so_far and found and self.is_flexible(found[0].newest):  # it takes up some of what is still to be found, too
             margin = max(margin, self.config.select.taken_up * (self.validated(so_far).gap - found[0].gap))
-        close = [c for c in found if c.gap - found[0].gap < margin]
-        plainest = min(close, key=lambda trial: len(trial.newest.free), default=None)
-        return sorted(found, key=lambda trial: trial is not plainest)
+        first = plainest(found, lambda trial: trial.gap, lambda trial: len(trial.newest.free), margin)
+        return sorted(found, key=lambda trial: trial is not first)
 
     def _first_of_each_kind(self, screened: Sequence[Model]) -> list[Model]:
         """The leaders, of which not all make one kind of error, and whatever may make the recording's steps."""

@@ -19,6 +19,7 @@ from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.ties import Ties, compare_rivals, instead, surely_worse
 from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.diagnosis import Nearest
+from depthsim.gap.selection import Refused, closes_enough
 from depthsim.sensor.effect import effect_class
 
 
@@ -50,16 +51,15 @@ class _Chain:
     model: Model | None = None
     looked: list[tuple[Trial, ...]] = field(default_factory=list)
     before: list[float] = field(default_factory=list)
-    refused: dict[str, Nearest] = field(default_factory=dict)
+    refused: Refused = field(default_factory=Refused)
     asked: Counter[str] = field(default_factory=Counter)
     dropped: set[str] = field(default_factory=set)
     ties: Ties = field(default_factory=dict)
 
     def refuse(self, effect: str, closed: float, why: str) -> None:
-        """Keep why an effect is no cause, by where it closed most."""
+        """Keep why an effect is no cause."""
         self.asked[effect] += 1
-        if effect not in self.refused or self.refused[effect].closed_fraction < closed:
-            self.refused[effect] = Nearest(effect=effect, closed_fraction=closed, why_not=why)
+        self.refused.refuse(effect, closed, why)
 
     def is_out(self, effect: str) -> bool:
         """Whether an effect was asked often enough: beside other causes, too, it does not act where the gap lies."""
@@ -69,6 +69,11 @@ class _Chain:
     def named(self) -> tuple[str, ...]:
         """The causes."""
         return tuple(part.effect for part in self.model.parts) if self.model else ()
+
+    @property
+    def nearest(self) -> tuple[Nearest, ...]:
+        """The effects that come nearest of those that are no causes."""
+        return self.refused.nearest(self.named, self.config)
 
 
 def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], say: Say) -> Selection:
@@ -83,11 +88,11 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
     for other in _other_beginnings(search, chain):
         chain = _better(search, chain, _chain(search, score, other))
     if chain.model is None:
-        return Selection(Model((), np.empty(0)), {}, _nearest(search, chain), tuple(chain.looked))
+        return Selection(Model((), np.empty(0)), {}, chain.nearest, tuple(chain.looked))
     say("refining the parameters")
     model = search.refined(chain.model)
     ties = {cause: equals for cause, equals in chain.ties.items() if cause in chain.named}
-    return Selection(model, ties, _nearest(search, chain), tuple(chain.looked))
+    return Selection(model, ties, chain.nearest, tuple(chain.looked))
 
 
 def _chain(search: Search, score: Score, chain: _Chain) -> _Chain:
@@ -128,7 +133,7 @@ def _other_beginnings(search: Search, chain: _Chain) -> Iterator[_Chain]:
         if trial.gap - chain.gap < limit.near_of_cause * (chain.gap - search.floor):
             score = search.validator.score(trial.model.build(search.base))
             begun = _Chain(search.config.select, score, trial.gap, trial.model, [*chain.looked], [*chain.before])
-            yield replace(begun, refused={**chain.refused}, asked=chain.asked.copy())
+            yield replace(begun, refused=Refused(chain.refused), asked=chain.asked.copy())
 
 
 def _better(search: Search, one: _Chain, other: _Chain) -> _Chain:
@@ -205,11 +210,11 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
         most = max((gap - c.gap for c in others), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
-    if gained < search.config.significance.faint * chain.score.floor:
-        return False
-    if gained >= limit.further * search.whole or gained >= limit.further_of_left * left:
+    faint = search.config.significance.faint * chain.score.floor
+    if closes_enough(gained, left, search.whole, faint, limit):
         return True
-    return gained >= limit.further_apart * left and all(_stays(search, gap, trial, other) for other in others)
+    apart = gained >= max(faint, limit.further_apart * left)
+    return apart and all(_stays(search, gap, trial, other) for other in others)
 
 
 def _closable(search: Search, trial: Trial) -> float:
@@ -270,10 +275,3 @@ def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:
         model = model.less(worst)
         model = search.fit(model, 3) if model.parts else model
     return model
-
-
-def _nearest(search: Search, chain: _Chain) -> tuple[Nearest, ...]:
-    """The effects that come nearest of those that are no causes, best first."""
-    limit = search.config.select
-    some = [n for n in chain.refused.values() if n.effect not in chain.named and n.closed_fraction >= limit.nearest]
-    return tuple(sorted(some, key=lambda n: -n.closed_fraction)[: limit.most_nearest])

@@ -1,6 +1,7 @@
 """Each cause against the effects that came close to it: better ones take its place, equal ones are ties."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search, Trial
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.resampling import jackknife
+from depthsim.gap.selection import is_tie
 from depthsim.sensor.effect import Effect, effect_class
 
 Ties = dict[str, tuple[str, ...]]
@@ -42,9 +44,9 @@ def compare_rivals(
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
                 cause = name
-            elif other.gap - gap < limit.tied * search.whole or not surely_worse(
-                search.validator, other.model.build(search.base), model.build(search.base)
-            ):
+                continue
+            surely = partial(surely_worse, search.validator, *(m.build(search.base) for m in (other.model, model)))
+            if is_tie(other.gap - gap, limit.tied * search.whole, np.inf, surely):
                 equals.append(name)
         if equals:
             ties[cause] = tuple(equals)

@@ -6,18 +6,14 @@ from collections.abc import Sequence
 from depthsim.gap.depth.where.localize import Place
 from depthsim.gap.diagnosis import Cut, Nearest, Unexplained
 from depthsim.gap.report.words import place as place_in_words
+from depthsim.gap.selection import nearest_in_words
 
 
 def unexplained_by(
     places: Sequence[Place], cuts: tuple[Cut, ...], fraction: float, nearest: tuple[Nearest, ...]
 ) -> Unexplained:
     """What no cause explains, a ``fraction`` of the gap. places, cuts: where it lies; nearest: what is no cause."""
-    text, most = describe(places, cuts), best_learned(places)
-    if nearest:
-        near = nearest[0]
-        text += (
-            f" Nearest is {near.effect}, which closes {near.closed_fraction:.0%}; it is no cause, as it {near.why_not}."
-        )
+    text, most = describe(places, cuts) + nearest_in_words(nearest), best_learned(places)
     return Unexplained(fraction=fraction, where=cuts, description=text, learnable=most, nearest=nearest)
 
 

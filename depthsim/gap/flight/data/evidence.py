@@ -19,6 +19,8 @@ from depthsim.gap.resampling import contiguous
 Values = tuple[tuple[float, ...], ...]
 LEAST_LOGS = 3
 """Logs from which on some are fitted, some selected and some reported on."""
+TILT = 0.005
+"""[rad] how well the attitude in a log is known to be the body's: 0.3 degrees."""
 EVERY, FIT, SELECT, REPORT = range(4)
 
 

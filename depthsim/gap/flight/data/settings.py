@@ -23,6 +23,7 @@ from depthsim.flight.drag import (
 from depthsim.flight.measurement import Measurement
 from depthsim.flight.vehicle import Vehicle
 from depthsim.flight.wind import Shear
+from depthsim.gap.diagnosis import rounded
 from depthsim.gap.flight.data.simulate import Law, Settings
 
 
@@ -85,20 +86,20 @@ def with_settings(vehicle: Vehicle, s: Settings, gusts: dict[str, Any] | None) -
         laws = _laws(vehicle, base, s)
         keys["drag"], keys["more_drag"] = (laws or [{"law": "none"}])[0], laws[1:]
     if s.mass != base.mass:
-        keys["mass"] = _rounded(s.mass)
+        keys["mass"] = rounded(s.mass)
     if s.scales != base.scales:
-        scales = [_rounded(scale) for scale in s.scales]
+        scales = rounded(list(s.scales))
         keys["rotors"]["thrust_scale"] = scales[0] if len(set(scales)) == 1 else scales
     if s.ground != base.ground and s.ground is not None:
         keys["ground_effect"] = {
-            "law": s.ground.law, "strength": _rounded(s.ground.strength), "height": _rounded(s.ground.height),
+            "law": s.ground.law, "strength": rounded(s.ground.strength), "height": rounded(s.ground.height),
         }  # fmt: skip
     if gusts is not None:
         keys["wind"] = {"kind": "gusts", **gusts}
     elif (s.wind, s.shear) != (base.wind, base.shear):
-        keys["wind"] = {"kind": "constant", "velocity": [_rounded(value) for value in s.wind]}
+        keys["wind"] = {"kind": "constant", "velocity": rounded(list(s.wind))}
         if s.shear is not None:
-            keys["wind"] |= {"kind": "shear", "height": _rounded(s.shear[0]), "exponent": _rounded(s.shear[1])}
+            keys["wind"] |= {"kind": "shear", "height": rounded(s.shear[0]), "exponent": rounded(s.shear[1])}
     _measured(keys, base, s)
     limits = keys["rotors"]
     if s.mass * 9.81 >= (limits["max_thrust"] or 1e9) * limits["count"]:
@@ -109,20 +110,20 @@ def with_settings(vehicle: Vehicle, s: Settings, gusts: dict[str, Any] | None) -
 def _measured(keys: dict[str, Any], base: Settings, s: Settings) -> None:
     recorder = keys["measurement"]
     if s.lag != base.lag:
-        keys["rotors"]["motor_time_constant"] = _rounded(s.lag)
+        keys["rotors"]["motor_time_constant"] = rounded(s.lag)
         recorder["thrust"] = "command"
     if s.bias != base.bias:
         begin, drift = _line(s)
-        recorder["imu_bias"], recorder["imu_drift"] = [_rounded(x) for x in begin], [_rounded(x) for x in drift]
+        recorder["imu_bias"], recorder["imu_drift"] = rounded(begin), rounded(drift)
     if s.offset != base.offset:
-        recorder["thrust_offset"] = _rounded(s.offset)
+        recorder["thrust_offset"] = rounded(s.offset)
     if s.fade != base.fade:
-        recorder["thrust_fade"] = _rounded(min(max(s.fade, -0.01), 0.01))
+        recorder["thrust_fade"] = rounded(min(max(s.fade, -0.01), 0.01))
     if s.rotation != base.rotation:
-        recorder["imu_rotation"] = [_rounded(value) for value in s.rotation]
+        recorder["imu_rotation"] = rounded(list(s.rotation))
     for late, seconds in s.delays.items():
         if seconds != base.delays.get(late):
-            recorder["late"], recorder["time_offset"] = late, _rounded(seconds)
+            recorder["late"], recorder["time_offset"] = late, rounded(seconds)
 
 
 def _line(s: Settings) -> tuple[list[float], list[float]]:
@@ -172,7 +173,7 @@ def _as_law(code: int, c: tuple[float, float, float], vehicle: Vehicle) -> dict[
     if code == QUADRATIC:
         return _dump(AirsimQuadratic, area=areas, coefficient=1.0)
     if code == THRUST_DIFFERENCE:
-        return _dump(ThrustDifference, c=_rounded(c[0]))
+        return _dump(ThrustDifference, c=rounded(c[0]))
     if code == ROTOR_SQRT:
         return _dump(RotorSqrt, c_d1=_floor(c[0]))
     raise AssertionError(f"no candidate changes the law {code}")
@@ -183,8 +184,4 @@ def _dump(law: type[AnyDragLaw], **keys: Any) -> dict[str, Any]:
 
 
 def _floor(value: float) -> float:
-    return max(_rounded(value), 0.0)
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.5g}")
+    return max(rounded(value), 0.0)

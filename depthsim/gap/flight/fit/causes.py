@@ -6,19 +6,25 @@ from typing import Any
 import numpy as np
 
 from depthsim.flight.table import Floats
-from depthsim.gap.diagnosis import Cause
+from depthsim.gap.diagnosis import Cause, rounded
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.effect import Candidate
 from depthsim.gap.flight.effects.wind import GustingWind
 from depthsim.gap.flight.fit.advice import advice
+from depthsim.gap.flight.fit.gusts import gust_parameters
 from depthsim.gap.flight.fit.intervals import intervals
 from depthsim.gap.flight.fit.optimize import Fit, refitted
 from depthsim.gap.flight.fit.select import Selection, without
+from depthsim.gap.flight.fit.series import Series
 from depthsim.gap.resampling import block_weights, percentile95
 
 
-def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -> tuple[tuple[Cause, ...], list[float]]:
-    """The causes, the one that closes most first, and the gap before and after each [m/s²]."""
+def causes_of(
+    problem: Problem, selection: Selection, floor: float, seed: int
+) -> tuple[tuple[Cause, ...], list[float], tuple[float, float]]:
+    """The causes, the one that closes most first; the gap before and after each [m/s²]; the 95 % interval of what all
+    of them close, over blocks of time.
+    """
     fit = selection.fit
     ladder = _ladder(selection)
     weights = block_weights(int(problem.reporting.sum()), seed=seed)
@@ -27,9 +33,10 @@ def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -
     found, spans = [], intervals(fit, seed)
     for step, (index, _) in enumerate(ladder[1:], start=1):
         closed = float(_portion(rms, step, floor))
-        interval = _pair(percentile95(_portion(draws, step, floor)))
+        interval = rounded(percentile95(_portion(draws, step, floor)))
         if index is None:
-            found.append(_gust_cause(problem, selection, closed, interval))
+            assert selection.gusts is not None
+            found.append(_gust_cause(problem, selection.gusts, closed, interval, seed))
             continue
         candidate, values = fit.candidates[index], fit.values[index]
         alternatives = tuple(selection.alternatives[index]) if selection.alternatives else ()
@@ -52,7 +59,7 @@ def causes_of(problem: Problem, selection: Selection, floor: float, seed: int) -
                 advice=advice(candidate.effect, alternatives),
             )
         )
-    return tuple(found), rms
+    return tuple(found), rms, rounded(percentile95(closed_share(draws[0], draws[-1], floor)))
 
 
 def _ladder(selection: Selection) -> list[tuple[int | None, Floats]]:
@@ -91,13 +98,6 @@ def _rms(problem: Problem, squares: Floats, weights: Floats | None = None) -> An
     return np.sqrt((weights @ squares) / (weights @ counts))
 
 
-def closed_interval(problem: Problem, selection: Selection, floor: float, seed: int) -> tuple[float, float]:
-    """The 95 % interval of what all causes together close, over blocks of time."""
-    weights = block_weights(int(problem.reporting.sum()), seed=seed)
-    before, after = _rms(problem, _first(selection.start), weights), _rms(problem, _first(selection.fit), weights)
-    return _pair(percentile95(np.clip((before - after) / np.maximum(before - floor, 1e-9), -1.0, 1.0)))
-
-
 def _portion(rms: Sequence[Any], step: int, floor: float) -> Any:
     """What one of several causes closes: its part of the power, as a part of what all of them close.
 
@@ -107,63 +107,25 @@ def _portion(rms: Sequence[Any], step: int, floor: float) -> Any:
     return np.clip(power * (rms[0] - rms[-1]) / np.maximum(rms[0] - floor, 1e-9), -1.0, 1.0)
 
 
-def closed_share(before: float, after: float, floor: float) -> float:
-    """(before - after) / (before - floor)."""
-    return float(np.clip((before - after) / max(before - floor, 1e-9), -1.0, 1.0))
+def closed_share(before: Any, after: Any, floor: float) -> Any:
+    """(before - after) / (before - floor), of figures or of draws of them."""
+    return np.clip((before - after) / np.maximum(before - floor, 1e-9), -1.0, 1.0)
 
 
 def _named(candidate: Candidate, values: Sequence[float], problem: Problem) -> dict[str, Any]:
     """Parameters by name, as the candidate has them reported."""
-    if candidate.named is None:
-        return {parameter.name: rounded(value) for parameter, value in zip(candidate.parameters, values, strict=True)}
-    found = candidate.named(values, problem.records, problem.base)
-    return {key: [rounded(one) for one in value] for key, value in found.items()}
+    if candidate.named is not None:
+        return rounded(candidate.named(values, problem.records, problem.base))
+    return rounded({parameter.name: value for parameter, value in zip(candidate.parameters, values, strict=True)})
 
 
-def gust_keys(problem: Problem, selection: Selection) -> dict[str, Any] | None:
-    """What a vehicle.yaml has of the gusts: mean, strength and correlation time; None without gusts."""
-    if selection.gusts is None:
-        return None
-    wind, mean = selection.gusts.knots, np.array(problem.base.wind[:2]) + selection.gusts.knots.mean(axis=0)
-    spread = float(np.sqrt(wind.var(axis=0).mean()))
-    return {
-        "velocity": [rounded(float(mean[0])), rounded(float(mean[1])), 0.0],
-        "intensity": rounded(spread),
-        "correlation_time": rounded(_correlation_time(selection.gusts.knots, selection.gusts.time)),
-    }
-
-
-def _correlation_time(wind: Floats, time: Floats) -> float:
-    """[s] over which the series' correlation falls to 1/e."""
-    step = float(np.median(np.diff(time)))
-    calm = wind - wind.mean(axis=0)
-    whole = float((calm**2).sum())
-    for lag in range(1, len(calm) // 2):
-        if float((calm[lag:] * calm[:-lag]).sum()) < whole / np.e:
-            return lag * step
-    return len(calm) // 2 * step
-
-
-def _gust_cause(problem: Problem, selection: Selection, closed: float, interval: tuple[float, float]) -> Cause:
-    keys = gust_keys(problem, selection)
-    assert keys is not None and selection.gusts is not None
-    blocks = np.array_split(selection.gusts.knots, max(len(selection.gusts.knots) // 12, 2))
-    spreads = np.sqrt(np.array([block.var(axis=0).mean() for block in blocks]))
-    half = float(2 * spreads.std(ddof=1) / np.sqrt(len(spreads)))
+def _gust_cause(problem: Problem, series: Series, closed: float, interval: tuple[float, float], seed: int) -> Cause:
+    keys, spans = gust_parameters(problem, series, seed)
     return Cause(
         effect=GustingWind.id,
         parameters={"formula": "wind that changes in time", **keys},
-        ci95={"intensity": (rounded(max(keys["intensity"] - half, 0.0)), rounded(keys["intensity"] + half))},
+        ci95=spans,
         closed_fraction=rounded(closed),
         ci95_closed=interval,
         advice=advice(GustingWind.id, ()),
     )
-
-
-def _pair(interval: tuple[float, float]) -> tuple[float, float]:
-    return rounded(interval[0]), rounded(interval[1])
-
-
-def rounded(value: float) -> float:
-    """Five digits: what is beyond them depends on the machine."""
-    return float(f"{value:.5g}")

@@ -4,7 +4,6 @@ import numpy as np
 
 from depthsim.flight.table import Floats
 from depthsim.gap.flight.fit.optimize import Fit
-from depthsim.gap.resampling import block_weights
 
 _DRAWS = 400
 _OF_SAMPLE = 0.1
@@ -16,7 +15,7 @@ def intervals(fit: Fit, seed: int = 0) -> list[Floats]:
     By drawing blocks of time anew, each time with all parameters together and none beyond its bounds. Times are known
     no better than a part of the samples' distance: what a recorder does in between is not in the log.
     """
-    draws = fit.draws(block_weights(len(fit.problem.counts), _DRAWS, seed))
+    draws = fit.draws(_DRAWS, seed)
     between = _OF_SAMPLE / min(part.rate for part in fit.problem.records.parts)
     found = []
     for candidate, values, part in zip(fit.candidates, fit.values, fit.parts(draws), strict=True):

@@ -13,12 +13,11 @@ from itertools import pairwise
 import numpy as np
 
 from depthsim.flight.table import Floats
-from depthsim.gap.flight.data.evidence import Problem, Values
+from depthsim.gap.flight.data.evidence import TILT, Problem, Values
 from depthsim.gap.flight.data.simulate import Settings
 from depthsim.gap.flight.effect import Candidate
+from depthsim.gap.resampling import block_weights
 
-_TILT = 0.005
-"""[rad] how well the attitude in a log is known to be the body's: 0.3 degrees."""
 _ROUNDS = 4
 _SHORTER = 0.3
 _CONVERGED = 1e-5
@@ -72,8 +71,8 @@ class Fit:
         matrix, vector = np.einsum("bcapq,ca->bpq", xx, w), np.einsum("bcap,ca->bp", xr, w)
         prior, pull = np.zeros(vector.shape[1]), np.zeros(vector.shape[1])
         count = len(self.tilts)
-        prior[:count] = 1 / _TILT**2
-        pull[:count] = -self.tilts / _TILT**2
+        prior[:count] = 1 / TILT**2
+        pull[:count] = -self.tilts / TILT**2
         return matrix, vector, prior, pull
 
     @cached_property
@@ -120,15 +119,17 @@ class Fit:
     def loss(self) -> Floats:
         """(B,) weighed, of the blocks for selecting, with the tilts' improbability shared out over them."""
         loss = np.einsum("bca,ca->b", self.squares, self.problem.weights)[self.problem.selecting]
-        return np.asarray(loss + (self.tilts**2).sum() / _TILT**2 / len(loss))
+        return np.asarray(loss + (self.tilts**2).sum() / TILT**2 / len(loss))
 
-    def draws(self, weights: Floats) -> Floats:
-        """(D, P) how the parameters change when blocks are drawn anew, within their bounds. weights: (D, B).
+    def draws(self, count: int, seed: int) -> Floats:
+        """(count, P) how the parameters change when blocks are drawn anew, within their bounds; drawn once.
 
         Of few blocks the draws scatter too little: they are as wide as Student's t for as many has it.
         """
         from scipy.special import stdtrit
 
+        if (count, seed) in self._drawn:
+            return self._drawn[count, seed]
         matrix, vector, prior, pull = self.normal
         free = max(len(vector) - vector.shape[1], 2)
         wider = float(stdtrit(free, 0.975)) / 1.96 * np.sqrt(len(vector) / free)
@@ -136,9 +137,18 @@ class Fit:
         room = self.room
         found = [
             _solve(np.tensordot(one, matrix, 1) + np.diag(prior), wider * (one @ vector + pull - left) + left, room)
-            for one in weights
+            for one in block_weights(len(vector), count, seed)
         ]
-        return np.stack(found)
+        return self._drawn.setdefault((count, seed), np.stack(found))
+
+    @cached_property
+    def _drawn(self) -> dict[tuple[int, int], Floats]:
+        return {}
+
+    @cached_property
+    def extensions(self) -> "dict[Candidate, Fit]":
+        """Fits with one candidate more, which selections that begin alike ask for again."""
+        return {}
 
     def parts(self, columns: Floats) -> list[Floats]:
         """The columns (..., P) of each candidate."""
@@ -153,9 +163,10 @@ def empty_fit(problem: Problem) -> Fit:
 
 def extended(fit: Fit, candidate: Candidate) -> Fit:
     """A fit with one candidate more; the columns of the others are taken over from before."""
-    return _iterate(
-        fit.problem, (*fit.candidates, candidate), (*fit.values, tuple(candidate.starts)), fit.tilts, fit.columns
-    )
+    if candidate not in fit.extensions:
+        candidates, values = (*fit.candidates, candidate), (*fit.values, tuple(candidate.starts))
+        fit.extensions[candidate] = _iterate(fit.problem, candidates, values, fit.tilts, fit.columns)
+    return fit.extensions[candidate]
 
 
 def refitted(problem: Problem, candidates: Sequence[Candidate], values: Values | None = None) -> Fit:
@@ -200,7 +211,7 @@ def _iterate(
 
 
 def _whole_loss(problem: Problem, residual: Floats, tilts: Floats) -> float:
-    return float(np.einsum("nca,nca,ca->", residual, residual, problem.weights) + (tilts**2).sum() / _TILT**2)
+    return float(np.einsum("nca,nca,ca->", residual, residual, problem.weights) + (tilts**2).sum() / TILT**2)
 
 
 def _columns(

@@ -8,18 +8,21 @@ with a course in time is no candidate, as it cannot be predicted from one stretc
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from depthsim.flight.table import Floats
 from depthsim.gap.config import FlightConfig
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.effect import Candidate, family_of
 from depthsim.gap.flight.effects.rotors import EACH, UNEVEN, RotorThrustDifference, logged_shares
 from depthsim.gap.flight.effects.wind import ConstantWind
-from depthsim.gap.flight.fit.intervals import intervals
-from depthsim.gap.flight.fit.optimize import Fit, empty_fit, extended, refitted
+from depthsim.gap.flight.fit.intervals import intervals, unidentified
+from depthsim.gap.flight.fit.optimize import Fit, extended, refitted
 from depthsim.gap.flight.fit.series import Series
 from depthsim.gap.flight.fit.wind import Windy, is_wind, with_wind
 from depthsim.gap.flight.where.correction import learn_time
 from depthsim.gap.resampling import paired
+from depthsim.gap.selection import closes_enough, is_tie, plainest
 
 _LIKE_WIND = ("wind", "sensor")
 """Families whose effects may have been misattributed: it was the mean of the gusts."""
@@ -41,18 +44,18 @@ class Selection:
     alternatives: tuple[dict[str, Fit], ...]
 
 
-def select(
-    problem: Problem, bank: Sequence[Candidate], gusts: bool = True, say: Progress = lambda _: None
-) -> Selection:
-    """The effects of the bank that the logs speak for, and a wind with a course in time if it is asked for."""
-    start = empty_fit(problem)
+def select(start: Fit, bank: Sequence[Candidate], gusts: bool = True, say: Progress = lambda _: None) -> Selection:
+    """The effects of the bank that the logs speak for, and a wind with a course in time if it is asked for.
+
+    start: without any effect.
+    """
     fit = _grown(start, bank, start, say)
     windy = _windy(fit, bank, start, say) if gusts else None
     if windy is not None:
         fit, bank = windy.fit, _windless(bank)
     say("alternatives")
     fit, alternatives = _exchanged(fit, bank, start)
-    fit = _plainer(fit)
+    fit = _plainer(_said(fit, bank))
     return Selection(start, fit, windy.series if windy else None, alternatives)
 
 
@@ -107,8 +110,9 @@ def _windy(fit: Fit, bank: Sequence[Candidate], start: Fit, say: Progress) -> Wi
         return None
     gain, closed = float((fit.loss - best.fit.loss).sum()), float((start.loss - best.fit.loss).sum())
     replaced = any(family_of(effect) in _LIKE_WIND for effect in fit.effects if effect not in best.fit.effects)
-    least = 0.0 if replaced else config.select.gusts_share
-    return best if significant(fit.loss - best.fit.loss, config) and gain > least * closed else None
+    unsaid = _loss(fit) - _expected(problem)
+    enough = replaced or gain > config.select.gusts_share * closed or gain > config.select.further_of_left * unsaid
+    return best if significant(fit.loss - best.fit.loss, config) and enough else None
 
 
 def _windless(bank: Sequence[Candidate]) -> list[Candidate]:
@@ -128,18 +132,24 @@ def significant(gains: Floats, config: FlightConfig) -> bool:
     return total > least and (sure or total - most > 3 * least)
 
 
+def _expected(problem: Problem) -> float:
+    """The loss of noise alone."""
+    return problem.worth * float(problem.counts[problem.selecting].sum()) * problem.sigma.size
+
+
 def _trials(fit: Fit, bank: Sequence[Candidate]) -> list[Fit]:
     return [extended(fit, candidate) for candidate in bank if candidate.effect not in fit.effects]
 
 
 def _best(trials: Sequence[Fit]) -> Fit | None:
-    """The one with the least loss; of its effect the first candidate that is not worse."""
-    if not trials:
-        return None
-    best = min(trials, key=lambda trial: trial.loss.sum())
-    own = [trial for trial in trials if trial.effects[-1] == best.effects[-1]]
-    margin = best.problem.config.select.tie_gain
-    return next(trial for trial in own if trial.loss.sum() - best.loss.sum() < margin)
+    """The one with the least loss; of its effect the plainest candidate that is not worse."""
+    best = min(trials, key=_loss, default=None)
+    own = [trial for trial in trials if best and trial.effects[-1] == best.effects[-1]]
+    return plainest(own, _loss, lambda trial: len(trial.values[-1]), best.problem.config.select.tie_gain if best else 0)
+
+
+def _loss(fit: Fit) -> float:
+    return float(fit.loss.sum())
 
 
 def _clearly(worse: Fit, better: Fit) -> bool:
@@ -150,20 +160,25 @@ def _clearly(worse: Fit, better: Fit) -> bool:
 
 
 def _worth(before: Fit, after: Fit, start: Fit) -> bool:
-    problem = start.problem
-    squares = [fit.squares[problem.selecting, 0].sum() for fit in (start, before, after)]
-    noise = float(problem.counts[problem.selecting].sum()) * float((start.problem.sigma[0] ** 2).sum())
-    power = max(float(squares[0]) - noise, 0.0)
-    config = start.problem.config
-    large = bool(squares[1] - squares[2] > config.select.least_share * power)
-    return significant(before.loss - after.loss, config) and large
+    """Whether what one cause more closes is more than chance, and enough for a name.
+
+    What is little beside a cause of the same family may be that one's, by another formula than the candidate's.
+    """
+    problem, config = start.problem, start.problem.config
+    noise = float(problem.counts[problem.selecting].sum() * (problem.sigma[0] ** 2).sum())
+    whole, left, rest = (float(fit.squares[problem.selecting, 0].sum()) - noise for fit in (start, before, after))
+    families = {family_of(effect) for effect in before.effects} - {"other"}
+    alike = any(family_of(effect) in families for effect in after.effects if effect not in before.effects)
+    faint = config.significance.faint**2 * noise
+    enough = closes_enough(left - rest, np.inf if alike else left, whole, faint, config.select)
+    return enough and significant(before.loss - after.loss, config)
 
 
 def _pruned(fit: Fit, start: Fit) -> Fit:
     """Without the candidates that are no longer needed beside the others."""
     while len(fit.candidates) > 1:
         smaller = [without(fit, index) for index in range(len(fit.candidates))]
-        weakest = min(smaller, key=lambda one: one.loss.sum())
+        weakest = min(smaller, key=_loss)
         if _worth(weakest, fit, start):
             return fit
         fit = weakest
@@ -183,7 +198,8 @@ def _exchanged(fit: Fit, bank: Sequence[Candidate], start: Fit) -> tuple[Fit, tu
         found = []
         better: Fit | None = None
         for index in range(len(fit.candidates)):
-            others = without(fit, index)
+            alone = len(fit.candidates) == 1 and fit.problem is start.problem
+            others = start if alone else without(fit, index)
             trials = _by_effect(_trials(others, bank))
             own = trials.pop(fit.effects[index], None)
             for trial in trials.values():
@@ -208,6 +224,26 @@ def _exchanged(fit: Fit, bank: Sequence[Candidate], start: Fit) -> tuple[Fit, tu
     return fit, tuple(found)
 
 
+def _said(fit: Fit, bank: Sequence[Candidate]) -> Fit:
+    """With plainer candidates for effects whose every parameter may be where it changes nothing.
+
+    Two parameters that do the same to a log, as a thrust's scale and offset do in a hover, hide each other.
+    """
+    for index, hidden in enumerate(unidentified(fit)):
+        before, after = slice(None, index), slice(index + 1, None)
+        fits = [
+            refitted(
+                fit.problem,
+                (*fit.candidates[before], one, *fit.candidates[after]),
+                (*fit.values[before], tuple(one.starts), *fit.values[after]),
+            )
+            for one in bank
+            if hidden and one.effect == fit.effects[index] and len(one.parameters) < len(fit.values[index])
+        ]
+        fit = min(fits, key=_loss, default=fit)
+    return fit
+
+
 def _plainer(fit: Fit) -> Fit:
     """Without the parameters that the logs do not speak for: they stay where they change nothing."""
     for index in range(len(fit.candidates)):
@@ -215,8 +251,8 @@ def _plainer(fit: Fit) -> Fit:
         while place < len(fit.candidates[index].parameters) and len(fit.candidates[index].parameters) > 1:
             candidate = fit.candidates[index]
             one = candidate.parameters[place]
-            low, high = intervals(fit)[index][:, place]
-            if one.spare and low <= one.nothing <= high:
+            low, high = intervals(fit)[index][:, place] if one.spare else (np.inf, -np.inf)
+            if low <= one.nothing <= high:
                 values = (*fit.values[index][:place], *fit.values[index][place + 1 :])
                 fewer = refitted(
                     fit.problem,
@@ -255,9 +291,8 @@ def _alike(other: Fit, selected: Fit, others: Fit) -> bool:
     difference = paired(other.loss, selected.loss)
     gain = difference.mean * len(other.loss)
     whole = float(others.loss.sum() - selected.loss.sum())
-    expected = problem.worth * float(problem.counts[problem.selecting].sum()) * problem.sigma.size
+    expected = _expected(problem)
     left = max(float(selected.loss.sum()) - expected, limit.noise_uncertainty * expected)
-    if gain < max(limit.tie_gain, min(limit.tie_share * whole, left)):
-        return True
+    margin = max(limit.tie_gain, min(limit.tie_share * whole, left))
     unsure = max(limit.unsure_gain, min(limit.unsure_share * whole, limit.unsure_left * left))
-    return difference.t < limit.tie_t and gain < unsure
+    return is_tie(gain, margin, unsure, lambda: difference.t >= limit.tie_t)

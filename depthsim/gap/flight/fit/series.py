@@ -4,6 +4,7 @@ Gusts cannot be predicted from one stretch of time for another, but they last: w
 piece says what was in it. So pieces are left out in turn and filled in from their neighbours.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,15 +12,17 @@ from numpy.typing import NDArray
 
 from depthsim.flight.drag import LINEAR, ROTOR_SQRT
 from depthsim.flight.table import Floats
-from depthsim.gap.flight.data.evidence import Problem
+from depthsim.gap.flight.data.evidence import TILT, Problem
 from depthsim.gap.flight.data.records import Record
 from depthsim.gap.flight.data.simulate import Course, Settings
 
-_KNOTS = 0.4
+KNOTS = 0.4
 """[s] between knots."""
 _PIECE = 0.5
 """[s] that are left out at once."""
 _TURNS = 4
+_DRAWS = 400
+"""Of the knots, for intervals."""
 _ROUNDS = 3
 """Times that a wind is sought by a drag that is not linear."""
 _SAME = 0.1
@@ -34,13 +37,15 @@ _STIFF = (0.03, 0.3, 3.0, 30.0)
 class Series:
     """A series in time. predicted: (n, C, A) force, each piece from its neighbours. knots: (k, D) values at all knots
     of all records, fitted to everything; time: (k,) [s]; files: (k,) the log of each. gains: (B,) of the weighed loss
-    over both channels."""
+    over both channels. parts, stiff: what the knots are from."""
 
     predicted: Floats
     knots: Floats
     time: Floats
     files: NDArray[np.int_]
     gains: Floats
+    parts: "Sequence[_Part]"
+    stiff: float
 
     @property
     def course(self) -> Course:
@@ -48,6 +53,22 @@ class Series:
         return tuple(
             (self.time[self.files == file], self.knots[self.files == file]) for file in range(self.files.max() + 1)
         )
+
+    def draws(self, problem: Problem, seed: int = 0) -> Floats:
+        """(draws, k, D) the knots again, what is left when a piece is filled in being turned about, or not, by blocks.
+
+        So what goes together within a block of time stays together. The attitude's tilts are found anew beside the
+        knots. Source: Liu, "Bootstrap Procedures under Some Non-i.i.d. Models", 1988.
+        """
+        generator = np.random.Generator(np.random.Philox(key=[seed, 0xB10C]))
+        tilts, prior = np.sqrt(problem.weights)[..., None] * problem.tilts, 1 / TILT**2
+        found, at = [], 0
+        for part in self.parts:
+            rows = slice(at, at + len(part.r))
+            own = tilts[rows].reshape(*part.r.shape, -1)
+            found.append(part.drawn(self.stiff, own, prior, problem.config.data.block, generator))
+            at += len(part.r)
+        return np.concatenate(found, axis=1)
 
 
 def free_series(problem: Problem, residual: Floats) -> Series:
@@ -132,6 +153,8 @@ def _series(problem: Problem, residual: Floats, columns: Floats, weights: Floats
             [np.full(len(one), record.file) for one, record in zip(knots, problem.records.parts, strict=True)]
         ),
         gains=np.add.reduceat(gains.sum(axis=(1, 2)), problem.starts),
+        parts=parts,
+        stiff=_STIFF[best],
     )
 
 
@@ -151,8 +174,8 @@ class _Part:
     times: Floats
     shape: tuple[int, ...]
 
-    def solve(self, which: NDArray[np.bool_], stiff: float) -> Floats:
-        """(k, D) knots from the samples of some turns."""
+    def solve(self, which: NDArray[np.bool_], stiff: float, vectors: Floats | None = None) -> Floats:
+        """(k, D) knots from the samples of some turns; or (k, D, draws) from other right-hand sides."""
         from scipy.linalg import solveh_banded
 
         count, width = self.vectors.shape[1:]
@@ -170,12 +193,40 @@ class _Part:
                     band[width + d - e, e : (count - 1) * width : width] = next_[:, e, d]
             band[0, d::width] += held * (neighbours + 1e-6)
             band[width, d : (count - 1) * width : width] -= held
-        vector = self.vectors[which].sum(axis=0).ravel()
-        return np.asarray(solveh_banded(band, vector, lower=True).reshape(count, width))
+        vector = self.vectors[which].sum(axis=0) if vectors is None else vectors
+        solved = solveh_banded(band, vector.reshape(count * width, *vector.shape[2:]), lower=True)
+        return np.asarray(solved.reshape(vector.shape))
 
     def knots(self, stiff: float) -> Floats:
         """(k, D) from everything."""
         return self.solve(np.ones(_TURNS, dtype=bool), stiff)
+
+    def drawn(
+        self, stiff: float, tilts: Floats, prior: float, seconds: float, generator: np.random.Generator
+    ) -> Floats:
+        """(draws, k, D) knots, see :meth:`Series.draws`. tilts: (n, CA, T) weighed columns, each known by a prior."""
+        left = self.r - self.filled(stiff).reshape(self.r.shape)
+        blocks = ((self.times[self.left] - self.times[0]) / seconds).astype(int)
+        starts = np.flatnonzero(np.diff(blocks, prepend=-1))
+        pulls = self._on_knots(left[..., None] * np.eye(len(starts))[blocks][:, None])  # (k, D, blocks)
+        turns = np.add.reduceat(np.einsum("nat,na->nt", tilts, left), starts)
+        signs = generator.choice([-1.0, 1.0], size=(len(starts), _DRAWS))
+        every = np.ones(_TURNS, dtype=bool)
+        shared = self._on_knots(tilts)
+        moved, by_tilts = self.solve(every, stiff, pulls @ signs), self.solve(every, stiff, shared)
+        inner = np.einsum("nat,nau->tu", tilts, tilts) - np.einsum("kdt,kdu->tu", shared, by_tilts)
+        tilted = np.linalg.solve(
+            inner + prior * np.eye(len(inner)), turns.T @ signs - np.einsum("kdt,kds->ts", shared, moved)
+        )
+        return self.solve(every, stiff)[None] + np.moveaxis(moved - by_tilts @ tilted, -1, 0)
+
+    def _on_knots(self, columns: Floats) -> Floats:
+        """(k, D, P) how columns (n, CA, P) go with each knot."""
+        along = np.einsum("nad,nap->ndp", self.x, columns)
+        found = np.zeros((*self.vectors.shape[1:], columns.shape[-1]))
+        for knots, weight in ((self.left, 1 - self.share), (self.left + 1, self.share)):
+            np.add.at(found, knots, weight[:, None, None] * along)
+        return found
 
     def filled(self, stiff: float) -> Floats:
         """(n, C, A) weighed force, each piece from the others."""
@@ -192,8 +243,8 @@ class _Part:
 def _prepared(record: Record, r: Floats, x: Floats) -> _Part:
     count, width = len(record), x.shape[-1]
     time = np.arange(count) * record.step
-    places = max(int(np.ceil(time[-1] / _KNOTS)) + 1, 2)
-    at = time / _KNOTS
+    places = max(int(np.ceil(time[-1] / KNOTS)) + 1, 2)
+    at = time / KNOTS
     left = np.minimum(at.astype(int), places - 2)
     share = at - left
     turns = (time / _PIECE).astype(int) % _TURNS
@@ -208,5 +259,5 @@ def _prepared(record: Record, r: Floats, x: Floats) -> _Part:
         np.add.at(vectors, (turns, place), weight[:, None] * along)
         np.add.at(inner, (turns, place), (weight**2)[:, None, None] * products)
     np.add.at(outer, (turns, left), (one * share)[:, None, None] * products)
-    times = record.log.t[record.rows[0]] + np.arange(places) * _KNOTS
+    times = record.log.t[record.rows[0]] + np.arange(places) * KNOTS
     return _Part(flat, flat_r, left, share, turns, inner, outer, vectors, times, r.shape)

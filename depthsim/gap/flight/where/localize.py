@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.flight.table import Floats
-from depthsim.gap.diagnosis import Cut, What
+from depthsim.gap.diagnosis import Cut, What, rounded
 from depthsim.gap.flight.data.axes import AXES, Axis, State
 from depthsim.gap.flight.data.evidence import Problem
 from depthsim.gap.flight.where.correction import Learned
@@ -29,8 +29,9 @@ def cuts(
         elif one.axis == "time":
             parts = _equal(np.arange(len(state.time)))
             found.append(_most(residual, noise, parts, state.time, "time", "s", one))
-        elif one.axis == "place":
-            found.append(_place(residual, state, noise, one))
+        elif one.axis == "place" and state.place is not None:
+            xy = state.place[:, :2]
+            found.append(_most(residual, noise, _quarters(xy), xy, "place", "m", one))
         else:
             axis = axes[one.axis]
             value = axis.value(state)
@@ -61,28 +62,31 @@ def _equal(value: Floats | NDArray[np.int_], parts: int = _PARTS) -> list[NDArra
     return [rows for rows in np.array_split(np.argsort(value, kind="stable"), parts) if rows.size]
 
 
-def _excess(residual: Floats, noise: Floats, rows: NDArray[np.int_]) -> float:
-    return max(float((residual[rows] ** 2).sum() - len(rows) * (noise**2).sum()), 0.0)
+def _powers(residual: Floats, noise: Floats, parts: list[NDArray[np.int_]]) -> list[float]:
+    """Squares above the noise, summed over the samples of each part."""
+    return [max(float((residual[rows] ** 2).sum() - len(rows) * (noise**2).sum()), 0.0) for rows in parts]
 
 
 def _most(
     residual: Floats, noise: Floats, parts: list[NDArray[np.int_]], value: Floats, name: str, unit: str, one: Learned
 ) -> Cut:
-    powers = [_excess(residual, noise, rows) for rows in parts]
+    """The part with most; value: (n,) of an axis in ``unit``, or (n, 2) places."""
+    powers = _powers(residual, noise, parts)
     at = int(np.argmax(powers))
     share = powers[at] / max(sum(powers), 1e-12)
-    low, high = float(value[parts[at]].min()), float(value[parts[at]].max())
-    text = f"{share:.0%} of the gap at {name.replace('_', ' ')} {low:.3g} to {high:.3g} {unit}; {_learnt(one)}"
-    interval = (float(f"{low:.4g}"), float(f"{high:.4g}"))
+    low, high = value[parts[at]].min(axis=0), value[parts[at]].max(axis=0)
+    if name == "place":
+        where = label = f"x {low[0]:.1f} to {high[0]:.1f}, y {low[1]:.1f} to {high[1]:.1f}"
+        interval = None
+    else:
+        where, label = f"{name.replace('_', ' ')} {low:.3g} to {high:.3g}", None
+        interval = rounded((float(low), float(high)), 4)
+    text = f"{share:.0%} of the gap at {where} {unit}; a correction learned on it closes {_closed(one)} of its power"
     what = "correlation" if name == "time" else _what(residual, parts[at])
     return Cut(
-        axis=name,
-        interval=interval,
-        unit=unit,
-        share_of_gap=float(f"{share:.4g}"),
-        what=what,
+        axis=name, interval=interval, label=label, unit=unit, share_of_gap=rounded(share, 4), what=what,
         text=" ".join(text.split()),
-    )
+    )  # fmt: skip
 
 
 def _body_axis(problem: Problem, residual: Floats, noise: Floats, one: Learned) -> Cut:
@@ -90,35 +94,19 @@ def _body_axis(problem: Problem, residual: Floats, noise: Floats, one: Learned) 
     at = int(np.argmax(powers))
     share = float(powers[at] / max(powers.sum(), 1e-12))
     label = "xyz"[problem.records.axes[at]]
-    text = f"{share:.0%} of the gap along body {label}; a constant force closes {max(one.closed, 0.0):.0%} of its power"
-    every = np.arange(len(residual))
-    return Cut(axis="axis", label=label, share_of_gap=float(f"{share:.4g}"), what=_what(residual, every), text=text)
+    text = f"{share:.0%} of the gap along body {label}; a constant force closes {_closed(one)} of its power"
+    what = _what(residual, np.arange(len(residual)))
+    return Cut(axis="axis", label=label, share_of_gap=rounded(share, 4), what=what, text=text)
 
 
-def _place(residual: Floats, state: State, noise: Floats, one: Learned) -> Cut:
-    assert state.place is not None
-    xy = state.place[:, :2]
-    middle = np.median(xy, axis=0)
-    sides = (xy > middle) @ np.array([1, 2])
-    parts = [np.flatnonzero(sides == side) for side in range(4) if (sides == side).any()]
-    powers = [_excess(residual, noise, rows) for rows in parts]
-    at = int(np.argmax(powers))
-    share = powers[at] / max(sum(powers), 1e-12)
-    low, high = xy[parts[at]].min(axis=0), xy[parts[at]].max(axis=0)
-    label = f"x {low[0]:.1f} to {high[0]:.1f}, y {low[1]:.1f} to {high[1]:.1f}"
-    text = f"{share:.0%} of the gap at {label} m; {_learnt(one)}"
-    return Cut(
-        axis="place",
-        label=label,
-        unit="m",
-        share_of_gap=float(f"{share:.4g}"),
-        what=_what(residual, parts[at]),
-        text=text,
-    )
+def _quarters(xy: Floats) -> list[NDArray[np.int_]]:
+    """Samples by the side of the middle that they lie on, in x and in y."""
+    sides = (xy > np.median(xy, axis=0)) @ np.array([1, 2])
+    return [np.flatnonzero(sides == side) for side in range(4) if (sides == side).any()]
 
 
-def _learnt(one: Learned) -> str:
-    return f"a correction learned on it closes {max(one.closed, 0.0):.0%} of its power"
+def _closed(one: Learned) -> str:
+    return f"{max(one.closed, 0.0):.0%}"
 
 
 def _what(residual: Floats, rows: NDArray[np.int_]) -> What:
