@@ -141,7 +141,8 @@ class DepthAgreement(Section):
     strong: float = _value(0.6, "of what changes along the first axis: with so much, an axis must not stay untouched")
     left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
     well: float = _value(
-        0.8, "of a gap: a cause that closes so much may leave more along the axis that it is known by, up to `untouched`"
+        0.8,
+        "of a gap: a cause that closes so much may leave more along the axis that it is known by, up to `untouched`",
     )
     left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")

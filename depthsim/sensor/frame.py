@@ -17,7 +17,6 @@ from depthsim.scratch import Scratch
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.noise_field import Correlation, Fields, noise_field
 
-
 _KEPT = 2
 """How many pictures of noise are kept of a frame."""
 
