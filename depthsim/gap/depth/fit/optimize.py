@@ -54,6 +54,13 @@ class Model:
         """Both together."""
         return Model((*self.parts, *other.parts), np.concatenate([self.x, other.x]))
 
+    def in_order_of(self, other: "Model") -> "Model":
+        """The same with its parts as in ``other``, which has the same ones."""
+        if self.parts == other.parts:
+            return self
+        xs = dict(zip(map(repr, self.parts), self.split(self.x), strict=True))
+        return Model(other.parts, np.concatenate([xs[repr(part)] for part in other.parts]), self.loss)
+
     def less(self, number: int) -> "Model":
         """Without one candidate."""
         kept = [k for k in range(len(self.parts)) if k != number]

@@ -40,6 +40,7 @@ class Search:
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
         self._chance = validator.quick(evidence.base, self.config.fit.runs) - before
         self._few = first_look(evidence)
+        self._fitted: dict[frozenset[str], tuple[Model, tuple[int, bool]]] = {}
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
 
     @property
@@ -128,14 +129,22 @@ class Search:
             part.encode(part.starts[0]) if self.is_flexible(part) else x
             for part, x in zip(so_far.parts, so_far.split(so_far.x), strict=True)
         ]
-        return self.fit(Model(so_far.parts, np.concatenate(xs)).plus(begin), 3, polished=False)
+        return self._fit(Model(so_far.parts, np.concatenate(xs)).plus(begin), 3, polished=False)
 
     def is_flexible(self, candidate: Candidate) -> bool:
         """Whether it has so many parameters that it can stand for other effects."""
         return len(candidate.free) >= self.config.select.flexible
 
     def fit(self, model: Model, rounds: int, polished: bool = True) -> Model:
-        """The model at its best parameters, on the frames for fitting."""
+        """The model at its best parameters, on the frames for fitting; what was fitted before is not fitted again."""
+        known, done = self._fitted.get(_key(model), (model, (0, False)))
+        if done[0] >= rounds and done[1] >= polished:
+            return known.in_order_of(model)
+        fitted = self._fit(model, rounds, polished)
+        self._fitted[_key(model)] = fitted, (rounds, polished)
+        return fitted
+
+    def _fit(self, model: Model, rounds: int, polished: bool) -> Model:
         arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
         model = refine(model, *arguments, self.config.fit, rounds)
         if polished and len(model.x) <= 6:
@@ -182,6 +191,10 @@ class Search:
             return self.validator.ruler.roots(self.evidence.total(effects, blocks))
 
         return roots
+
+
+def _key(model: Model) -> frozenset[str]:
+    return frozenset(map(repr, model.parts))
 
 
 def first_look(evidence: Evidence) -> list[int]:
