@@ -264,7 +264,7 @@ class FlightSelect(Section):
     like_wind: float = _value(0.6, "of what a free force in time closes: a wind closes so much, or it is none")
     velocities_show: float = _value(9.0, "of the loss: velocities that are noisier say nothing of gusts")
     gusts_share: float = _value(
-        0.05, "of what is closed with a wind in time: candidates alone must leave this much more"
+        0.05, "of what is closed with a wind in time: candidates alone must leave this much more, or most of the rest"
     )
     varying_share: float = _value(0.005, "the same where a constant wind is among these candidates")
 

@@ -17,7 +17,7 @@ from depthsim.flight.flying import fly
 from depthsim.flight.log import FlightLog, read_flight, write_flight
 from depthsim.flight.pathspec import resolve_path
 from depthsim.flight.vehicle import load_vehicle
-from depthsim.gap.flight import diagnose_flight
+from depthsim.gap.flight import diagnose_flight, investigate
 
 DRAG = Truth({"quad_all": 0.03})
 
@@ -109,15 +109,16 @@ def test_the_report_is_whole_and_its_vehicle_flies_without_a_gap(log: FlightLog,
 def test_what_is_found_has_a_place_in_the_vehicle(truth: Truth, tmp_path: Path) -> None:
     hops = Flown("hops", 3.0, 4.0, 0.15, 0.9, turning=True, phase=1.3)
     log = log_of(truth, hops, 5)
-    first = diagnose_flight(log, the_vehicle(True), tmp_path / "one")
-    assert first.causes
-    measured = load_vehicle(tmp_path / "one" / "vehicle.yaml")
-    assert gap_of(log, measured) < 0.3 * first.gap.before
+    found = investigate([log], the_vehicle(True))
+    assert found.diagnosis.causes
+    (tmp_path / "vehicle.yaml").write_text(found.vehicle.to_yaml())
+    measured = load_vehicle(tmp_path / "vehicle.yaml")
+    assert gap_of(log, measured) < 0.3 * found.diagnosis.gap.before
     assert fly(resolve_path("circle:radius=8,center=0/0/3", 5.0), measured).error.max() < 5
 
 
 def test_the_command_shows_and_writes(log: FlightLog, tmp_path: Path) -> None:
-    write_flight(log, tmp_path / "log.csv")
+    write_flight(log.select(slice(None, 1200)), tmp_path / "log.csv")
     (tmp_path / "vehicle.yaml").write_text(the_vehicle(True).to_yaml())
     command = ["diagnose-flight", str(tmp_path / "log.csv"), "--vehicle", str(tmp_path / "vehicle.yaml")]
     result = CliRunner().invoke(app, [*command, "--out", str(tmp_path / "out")])

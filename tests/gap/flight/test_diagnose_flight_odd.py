@@ -1,7 +1,6 @@
 """Odd logs, and effects by formulas that the bank does not have: named all the same, or refused in one line."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +12,7 @@ from benchmarks.withheld_flight_data import Truth
 from depthsim.errors import InputError
 from depthsim.flight.log import FlightLog
 from depthsim.flight.measurement import Measurement
-from depthsim.flight.vehicle import load_vehicle
-from depthsim.gap.flight import diagnose_flight
+from depthsim.gap.flight import diagnose_flight, investigate
 from depthsim.gap.flight.data.columns import measured_columns
 
 
@@ -117,16 +115,17 @@ def foreign(effect: str, variant: int) -> tuple[FlightLog, dict]:
         ("rotor_thrust_difference", 1),  # two rotors
     ],
 )
-def test_other_formulas_for_an_effect_have_its_name(effect: str, variant: int, tmp_path: Path) -> None:
+def test_other_formulas_for_an_effect_have_its_name(effect: str, variant: int) -> None:
     log, drag = foreign(effect, variant)
-    diagnosis = diagnose_flight(log, inverse.vehicle(drag), tmp_path / "report")
+    log = log.select(slice(None, 3000))
+    found = investigate([log], inverse.vehicle(drag))
+    diagnosis = found.diagnosis
     cause = diagnosis.causes[0]
     assert effect in (cause.effect, *cause.indistinguishable_from)
     assert len(cause.indistinguishable_from) <= 1
     assert diagnosis.gap.closed_fraction > 0.7
-    measured = load_vehicle(tmp_path / "report" / "vehicle.yaml")
     if effect != "gusting_wind":  # whose file has their statistics, not this flight's gusts
-        assert gap_of(log, measured) < 0.5 * diagnosis.gap.before
+        assert gap_of(log, found.vehicle) < 0.5 * diagnosis.gap.before
 
 
 def test_a_recorder_that_drifts_and_fades() -> None:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from diagnosed import log_of
 
 from benchmarks.withheld_flight import WINDS, the_vehicle
 from benchmarks.withheld_flight_data import Noise, Truth, flight
@@ -40,7 +41,7 @@ def test_a_wind_that_changes_is_named_with_its_mean(form: str, path: Flown) -> N
 
 def test_without_gusts_in_the_bank_the_constant_wind_is_named_and_the_rest_is_left_in_time() -> None:
     truth = Truth(wind=FORMS["sine"](np.random.default_rng(5), 8.5))
-    diagnosis = diagnose_flight(flight(SHUTTLE, truth, Noise(), 5), the_vehicle(True), without=["gusting_wind"])
+    diagnosis = diagnose_flight(log_of(truth, SHUTTLE, 5), the_vehicle(True), without=["gusting_wind"])
     assert diagnosis.verdict == "partly_explained"
     assert diagnosis.causes[0].effect == "constant_wind"
     assert diagnosis.unexplained is not None
