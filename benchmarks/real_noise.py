@@ -2,9 +2,9 @@
 
     ./run python benchmarks/real_noise.py [--data ../shared/data] [--reports DIR] [--markdown]
 
-For both sets of real frames, aligned_table and d435_floor: the recording, its floor, and the profiles `paper`, `d435`
-and the one that `depthsim diagnose SET` wrote to DIR/SET/sensor.yaml (made where it is not there; minutes). The frames
-are those that `generate --like SET` makes, with seed 0.
+For both sets of real frames, aligned_table and d435_floor: the recording, its floor, and the profiles `paper`, `d435`,
+the one that `depthsim diagnose SET` wrote to DIR/SET/sensor.yaml (made where it is not there; minutes), and one made by
+hand where it is nearer (aligned_table.yaml). The frames are those that `generate --like SET` makes, with seed 0.
 
 The floor of a figure is how far the recording is from itself: the root mean square of the differences between its
 three thirds in time. It knows nothing of another camera, table or day, so it is small, and a third of the frames gives
@@ -113,6 +113,8 @@ def main() -> None:
         run = Run.open(options.data / name)
         profiles = {p: load_profile(p) for p in ("paper", "d435", *options.sensor)}
         profiles["diagnosed"] = load_profile(str(diagnosed(options.data, name, options.reports)))
+        if (by_hand := Path(__file__).with_name(f"{name}.yaml")).is_file():
+            profiles["by hand"] = load_profile(str(by_hand))
         frames = {"recording": surface_frames(run, None, used(run))}
         frames |= {key: surface_frames(run, profile, used(run)) for key, profile in profiles.items()}
         noise = {key: noise_figures(some) for key, some in frames.items()}
