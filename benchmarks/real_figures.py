@@ -110,6 +110,7 @@ def noise_figures(frames: Sequence[Surface]) -> dict[str, float]:
     often = np.isfinite(error).mean(axis=0) >= OFTEN
     over_frames = error[:, often]
     over_frames = np.where(np.abs(over_frames) < FAR_OFF, over_frames, np.nan)
+    over_frames = over_frames[:, np.isfinite(over_frames).sum(axis=0) > 1]
     std = np.concatenate([f.local.std[f.local.known] for f in frames])
     figures = {
         "temporal noise: std at a pixel over the frames, median [px]": float(

@@ -16,7 +16,6 @@ The floor's scene is the floor alone, so what happens at edges is compared with 
 import argparse
 import subprocess
 import sys
-import warnings
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
@@ -107,7 +106,6 @@ def main() -> None:
     parser.add_argument("--sensor", action="append", default=[], help="another profile, beside the others")
     parser.add_argument("--markdown", action="store_true")
     options = parser.parse_args()
-    warnings.simplefilter("ignore", RuntimeWarning)  # means of nothing, where a pixel is never measured
     printer = Printer(markdown=options.markdown)
     for name in SETS:
         run = Run.open(options.data / name)
