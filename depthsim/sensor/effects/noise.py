@@ -33,9 +33,12 @@ def _add_by_incidence(start, stop, sigma, power, cosine, variance):
     var, c = variance[start:stop], cosine[start:stop]
     for i in range(var.size):
         square = min(max(c[i], _LEAST_COSINE), _f(1)) ** 2
+        tangent = (_f(1) - square) / square
         more = sigma * sigma * (_f(1) - square) / square
-        for _ in range(1, power):
-            more *= (_f(1) - square) / square
+        # No loop, which would stop the vector unit.
+        more *= tangent if power > 1 else _f(1)
+        more *= tangent if power > 2 else _f(1)
+        more *= tangent if power > 3 else _f(1)
         var[i] += more
 
 
