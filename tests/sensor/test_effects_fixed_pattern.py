@@ -46,6 +46,12 @@ def test_a_random_shape_has_the_amplitude_and_falls_to_half_its_correlation_at_t
     assert abs((made[:, 0] ** 2).mean() - 1) < 0.2
 
 
+def test_a_camera_keeps_its_shape_from_run_to_run() -> None:
+    first, same, other = (bias(FixedPattern(shape=n), seed=seed) for n, seed in ((1, 0), (1, 5), (2, 0)))
+    assert np.array_equal(first, same)
+    assert abs(np.corrcoef(first.ravel(), other.ravel())[0, 1]) < 0.5 and first.std() > 0.05
+
+
 def test_a_grid_is_the_shape_and_the_amplitude_its_root_mean_square() -> None:
     found = bias(FixedPattern(amplitude=0.2, grid=GRID))
     assert np.sqrt((found**2).mean()) == pytest.approx(0.2, rel=1e-3)

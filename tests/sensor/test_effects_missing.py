@@ -146,6 +146,18 @@ def test_a_shadow_is_found_wherever_it_begins(first: int) -> None:
     assert wider[:, first + 3].all() and not wider[:, first : first + 3].any()
 
 
+def test_a_thin_thing_has_a_margin_on_its_left_too() -> None:
+    """Of 3 px, before a wall whose disparity is 6 px less: what it hides does not touch it."""
+    left, right = column(97, NEAR), column(100, NEAR)
+    caster = Caster(as_scene(quad((left, -5, NEAR), (0, 10, 0), (right - left, 0, 0)), wall(FAR)))
+    lost = np.concatenate([(measure(StereoShadow(), caster=caster, index=n).depth == 0)[::12] for n in range(200)])
+    bare = ~lost[:, 96]
+    u = np.linspace(0, 1, 100_001)[1:-1]
+    none = (np.floor(1.6 * np.minimum(np.sqrt(u / (1 - u)), 4) + 0.5) < 1).mean()
+    assert abs(z_score(bare.sum(), np.full(bare.size, 1 - 0.998 * (1 - none)))) < 4
+    assert not lost[:, 97:100].any()
+
+
 def test_the_margins_of_the_shadow() -> None:
     # Every twelfth row, as twelve have one margin.
     found = np.concatenate([holes(StereoShadow(), index=n)[::12] for n in range(200)])

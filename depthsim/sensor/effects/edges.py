@@ -191,7 +191,7 @@ class FlyingPixels(Effect):
         unit="share",
         neutral=0,
         about="share of the pixels near edges",
-        source="2.4 % measured",
+        source="640x480 frames of a D435: 2.4 % of what is near edges, nearly all of it at steps below 6 px",
         starts=(0.1,),
     )
     reach: int = parameter(

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, FiniteFloat, field_validator
 
-from depthsim.draws import Draws
+from depthsim.draws import Draws, Seed
 from depthsim.kernels import kernel
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
@@ -37,7 +37,8 @@ def _add(start, stop, pattern, disparity):
 class FixedPattern(Effect):
     """A smooth bias is added to the disparity, locked to the pixel: the same in every frame of a run.
 
-    Its shape is a random one of the run's seed, normal with the correlation 2^-(lag / size)², or that of ``grid``.
+    Its shape is a random one, normal with the correlation 2^-(lag / size)², or that of ``grid``. The random one is of
+    the run's seed, or with ``shape`` of a camera that keeps it from run to run.
     """
 
     id: ClassVar[str] = "fixed_pattern"
@@ -69,6 +70,15 @@ class FixedPattern(Effect):
         source="between the 14 px of these frames and the 47 px of the D435 frames of aims-slam",
         frozen=True,
     )
+    shape: int = parameter(
+        0,
+        low=0,
+        high=1_000_000,
+        unit="1",
+        about="number of a camera, whose random shape is the same in all runs; 0: each seed has a shape of its own",
+        source="none: any number",
+        frozen=True,
+    )
     grid: Grid | None = learned(
         about="rows of values that span the picture from its first row and column to its last, cubic in between: "
         "the shape of the bias, which is scaled to `amplitude`; without it the shape is random"
@@ -87,7 +97,7 @@ class FixedPattern(Effect):
         """Add the pattern."""
         shape = frame.camera.whole.shape
         if self.grid is None:
-            draws = frame.draws(self.id).of_frame(0)
+            draws = Draws(Seed("camera", self.shape), self.id, 0) if self.shape else frame.draws(self.id).of_frame(0)
             pattern = _random(draws.key.tobytes(), shape, self.size)
         else:
             pattern = _shaped(self.grid, shape)

@@ -31,7 +31,7 @@ def _begins(d, seen, step):
     """Whether a shadow or an edge begins among pixels of a row; d: their disparities, after that of the one before."""
     before, own, some = d[: seen.size], d[1:], np.int32(0)
     for i in range(seen.size):
-        some |= np.int32(seen[i] == np.uint8(0)) | np.int32(before[i] > own[i] + step)
+        some |= np.int32(seen[i] == np.uint8(0)) | np.int32(abs(before[i] - own[i]) > step)
     return some != 0
 
 
@@ -55,7 +55,9 @@ def _lose_hidden(start, stop, width, share, left, right, step, focal_baseline, u
                 if u < width and seen[u] == np.uint8(0):
                     # Open background is not seen either, but nothing hides there; a shadow may reach across it.
                     first = u if first < 0 and z[u] > _ZERO else first
-                elif first >= 0:
+                elif first >= 0 or (0 < u < width and _ZERO < d[u - 1] < d[u] - step):
+                    # Left of a thin thing both imagers see the background: there is the margin alone.
+                    first = first if first >= 0 else u
                     if chance[(u - 1) // _COLUMNS] < share:
                         near = d[u] - step if u < width else _f(np.inf)
                         for k in range(first, u):
@@ -76,10 +78,10 @@ def _lose_hidden(start, stop, width, share, left, right, step, focal_baseline, u
 class StereoShadow(Effect):
     """No depth where a near object hides the background from the right imager.
 
-    The shadow lies left of the object and is as wide as the disparity's step, plus a margin; on the object's right,
-    where both imagers see the background, there is a narrow margin alone, because the matching window is on both
-    sides of the edge. Open background, where nothing is hit, hides nothing. A margin is median·√(u / (1 - u)), u
-    uniform, at most four medians; it is drawn for patches of 12 rows and 32 columns.
+    The shadow lies left of the object and is as wide as the disparity's step, plus a margin; on the object's right, and
+    left of one that is narrower than the step, both imagers see the background, and there is a narrow margin alone,
+    because the matching window is on both sides of the edge. Open background, where nothing is hit, hides nothing. A
+    margin is median·√(u / (1 - u)), u uniform, at most four medians; it is drawn for patches of 12 rows and 32 columns.
     """
 
     id: ClassVar[str] = "stereo_shadow"

@@ -1,6 +1,6 @@
 """Fitting: the parameters at which the simulator's histograms come nearest to the recording's."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from depthsim.gap.config import DepthFit
 from depthsim.gap.depth.fit.candidates import Candidate, Free, Vector
-from depthsim.sensor.effect import Effect
+from depthsim.sensor.effect import Effect, effect_class
 
 Floats = NDArray[np.float64]
 Roots = Callable[[tuple[Effect, ...]], Floats]
+_COMB = tuple(sign * move for move in (0.02, 0.04, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0) for sign in (1, -1))
+"""Moves by which other minima near one are found, in changes that matter."""
 
 
 @dataclass(frozen=True)
@@ -182,6 +184,32 @@ def polish(
                     x, least = moved, new
                     break
     return Model(model.parts, x, least, model.jacobian)
+
+
+def neighbours(model: Model) -> Iterator[tuple[int, Vector]]:
+    """Places beside the model's where the loss may have other minima: which parameter is moved, and ``x`` with it.
+
+    Of what resamples the picture. Which pixels are doubled repeats itself, nearly, when the zoom makes the picture a
+    pixel wider at its border, so the loss has a minimum for each such zoom.
+    """
+    at = 0
+    for part in model.parts:
+        for k in range(at, at + len(part.free)) if effect_class(part.effect).moves_camera else ():
+            for move in _COMB:
+                moved = model.x.copy()
+                moved[k] += move
+                yield k, model.bounded(moved)
+        at += len(part.free)
+
+
+def best_neighbour(model: Model, base: Sequence[Effect], target: Floats, roots: Roots) -> Model:
+    """The model, or the one of its :func:`neighbours` that is nearest to the target."""
+    places = [model.x, *(x for _, x in neighbours(model))]
+    if len(places) == 1:
+        return model
+    losses = [loss(target, roots(model.build(base, x))) for x in places]
+    best = int(np.argmin(losses))
+    return Model(model.parts, places[best], losses[best], model.jacobian)
 
 
 def _jacobian(

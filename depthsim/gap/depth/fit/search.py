@@ -8,7 +8,7 @@ import numpy as np
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.fit.agreement import disagreement, makes_steps
 from depthsim.gap.depth.fit.candidates import Candidate
-from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, polish, refine, start
+from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.selection import plainest
 from depthsim.sensor.effect import Effect, effect_class
@@ -156,7 +156,7 @@ class Search:
         arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
         fit = self.config.fit
         fine = fit.model_copy(update={"least_gain": fit.refined_gain})
-        return refine(model, *arguments, fine, fit.refined_rounds, both_sides=True)
+        return refine(best_neighbour(model, *arguments), *arguments, fine, fit.refined_rounds, both_sides=True)
 
     def _screen(self, so_far: Model | None, is_out: Callable[[str], bool]) -> list[Model]:
         """The bank on top of ``so_far``, best first, after a first look; of each effect its best form."""
