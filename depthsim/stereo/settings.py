@@ -135,9 +135,8 @@ class MatcherSettings(_Part):
         for name in ("window", "support"):
             if not all(size % 2 == 1 and 1 <= size <= 63 for size in getattr(self, name)):
                 raise ValueError(f"{name} must be two odd numbers from 1 to 63")
-        cost = self.window[0] * self.window[1] * (62 + self.large_step)
-        if 5 * cost > 32767:
-            raise ValueError("window and large_step are too large together: costs must fit in 16 bits")
+        if self.window[0] * self.window[1] > 1000:
+            raise ValueError("window is too large: its costs must fit in 16 bits")
         return self
 
 

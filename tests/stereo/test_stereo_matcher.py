@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 from stereo_pairs import dotted, textured
 
-from depthsim.stereo import cost, paths
+from depthsim.stereo import choose, cost, paths
 from depthsim.stereo.matcher import Matcher, to_depth
 from depthsim.stereo.settings import MatcherSettings
 from depthsim.stereo.speckles import drop_speckles
@@ -131,44 +131,71 @@ def test_as_good_as_opencv_on_dots(gain: float, noise: float, height: float) -> 
 def test_costs_are_differing_bits_over_the_window() -> None:
     rng = np.random.default_rng(3)
     left, right = rng.integers(0, 2**63, (2, 7, 15), dtype=np.uint64)
-    disparities, across, down = 6, 2, 1
-    found = np.empty((7, 15, disparities), np.int16)
-    cost.cost_rows(2, 7, left, right, across, down, found)
+    disparities, across, down, shift = 6, 2, 1, 2
+    found = np.empty((7, 15, cost.LANES), np.uint8)
+    cost.cost_rows(2, 7, left, right, disparities, across, down, shift, found)
     single = np.full((7, 15, disparities), cost.OUTSIDE)
     for d in range(disparities):
         bits = left[:, d:] ^ right[:, : 15 - d]
         single[:, d:, d] = np.vectorize(lambda value: int(value).bit_count())(bits)
     padded = np.pad(single, ((down, down), (across, across), (0, 0)), mode="edge")
     expected = sum(padded[j : j + 7, i : i + 15] for j in range(3) for i in range(5))
-    assert (found[2:] == expected[2:]).all()
+    assert (found[2:, :, :disparities] == expected[2:] >> shift).all()
+    assert (found[2:, :, disparities:] == 255).all()
 
 
-def test_paths_are_those_of_the_formula() -> None:
+@pytest.mark.parametrize("window", [(1, 1), (7, 5), (13, 9)])
+def test_a_windows_cost_leaves_room_in_a_byte(window: tuple[int, int]) -> None:
+    most = cost.BITS * window[0] * window[1] >> cost.shift_of(window)
+    assert 60 <= most <= 144
+
+
+def along(line: np.ndarray, small: int, large: int) -> np.ndarray:
+    """The formula of semi-global matching, and a byte's end."""
+    out = np.zeros(line.shape, int)
+    before = np.zeros(line.shape[1], int)
+    for k in range(len(line)):
+        least = before.min()
+        for d in range(line.shape[1]):
+            ways = [before[d], least + large]
+            ways += [before[e] + small for e in (d - 1, d + 1) if 0 <= e < line.shape[1]]
+            out[k, d] = min(line[k, d] + min(ways) - least, 255)
+        before = out[k]
+    return out
+
+
+@pytest.mark.parametrize("disparities", [5, 63, 70])
+def test_paths_are_those_of_the_formula(disparities: int) -> None:
     rng = np.random.default_rng(4)
-    costs = rng.integers(0, 60, (6, 8, 5)).astype(np.int16)
-    small, large = 7, 20
-
-    def along(line: np.ndarray) -> np.ndarray:
-        out = line.astype(int)
-        for k in range(1, len(line)):
-            before = out[k - 1]
-            least = before.min()
-            for d in range(line.shape[1]):
-                ways = [before[d], least + large]
-                ways += [before[e] + small for e in (d - 1, d + 1) if 0 <= e < line.shape[1]]
-                out[k, d] = line[k, d] + min(ways) - least
-        return out
-
+    height, width = 6, 2 * paths.BLOCK + 3
+    costs = rng.integers(0, 140, (height, width, disparities)).astype(np.uint8)
+    padded = np.full((height, width, 64 * (disparities // 64 + 1)), 255, np.uint8)
+    padded[..., :disparities] = costs
+    small, large = 43, 218
     expected = np.zeros(costs.shape, int)
-    for y in range(6):
-        expected[y] += along(costs[y]) + along(costs[y, ::-1])[::-1]
-    for x in range(8):
-        expected[:, x] += along(costs[:, x]) + along(costs[::-1, x])[::-1]
-    total = np.empty_like(costs)
-    paths.across(0, 6, costs, np.int16(small), np.int16(large), total)
-    paths.downwards(0, 3, costs, np.int16(small), np.int16(large), total)
-    paths.downwards(3, 8, costs, np.int16(small), np.int16(large), total)
-    assert (total == expected).all()
+    for x in range(width):
+        expected[:, x] = along(costs[:, x], small, large) + along(costs[::-1, x], small, large)[::-1]
+    found = np.empty_like(padded)
+    paths.vertical(0, 1, padded, small, large, found)
+    paths.vertical(1, 3, padded, small, large, found)
+    assert (found[..., :disparities] == (expected + 1) // 2).all()
+
+
+def test_the_lowest_sum_of_all_paths_is_chosen() -> None:
+    rng = np.random.default_rng(5)
+    height, width, disparities = 3, 90, 20
+    costs = np.full((height, width, 64), 255, np.uint8)
+    costs[..., :disparities] = rng.integers(0, 140, (height, width, disparities))
+    vertical = np.full_like(costs, 255)
+    vertical[..., :disparities] = rng.integers(0, 255, (height, width, disparities))
+    whole = np.empty((height, width), np.int16)
+    choose.choose_rows(0, height, costs, vertical, disparities, (43, 218), 0, 255, 0.0, 64.0, whole)
+    for y in range(height):
+        line = costs[y, :, :disparities]
+        total = along(line, 43, 218) + along(line[::-1], 43, 218)[::-1] + 2 * vertical[y, :, :disparities].astype(int)
+        best = total.argmin(axis=1)
+        inside = (best <= np.arange(width)) & (best < disparities - 1)
+        assert (whole[y] == np.where(inside, best, -1)).all()
 
 
 def test_speckles_are_the_small_connected_patches() -> None:
