@@ -3,9 +3,12 @@
 import numpy as np
 
 from depthsim.kernels import inlined, kernel
-from depthsim.lanes import choose, first_true, least, least_of, load_bytes, load_words, spread, store, widen
+from depthsim.lanes import choose, count_true, first_true, least, least_of, load_bytes, load_words, spread, store, widen
 from depthsim.stereo.cost import LANES
 from depthsim.stereo.paths import step
+
+JUMP = 2
+"""[px] Between neighbours, that makes two surfaces of them."""
 
 
 @inlined
@@ -42,6 +45,15 @@ def _show_right(total, count, lowest, disparity, padded):
 
 
 @inlined
+def _below(total, limit, padded):
+    """How many of the sums, from an address on, are below a limit."""
+    count = np.int32(0)
+    for d in range(0, padded, LANES):
+        count += count_true(load_words(total + 2 * d, LANES) < np.uint16(limit))
+    return count
+
+
+@inlined
 def _second(total, at, padded):
     """The lowest of the sums but those at ``at`` and beside it, which are lost."""
     for d in range(max(at - 1, 0), min(at + 2, padded)):
@@ -55,16 +67,19 @@ def _second(total, at, padded):
 
 @kernel
 def choose_rows(  # noqa: ANN201 - numba
-    start, stop, cost, vertical, disparities, steps, margin, worst, uniqueness, left_right, out,
+    start, stop, cost, vertical, disparities, steps, margin, worst, left_right, median, uniqueness, out, firm,
 ):  # fmt: skip
     """Rows ``start`` to ``stop`` of the disparity.
 
     cost: (H, W, P) uint8 window costs. vertical: the same, the mean of the paths down and up.
     steps: what a path charges for a change of 1 px, and for a larger one. worst: highest window cost.
-    uniqueness: share by which every other disparity must be worse.
-    out: (H, W) int16 [px], -1 where there is none.
+    left_right: most that the right image's own disparity may differ by [px]. median: how much the sum at the quantile
+    must be above the lowest, and how many disparities are below the quantile.
+    uniqueness: share by which every other disparity must be worse for the pixel to be firm.
+    out: (H, W) int16 [px], -1 where there is none. firm: (H, W) uint8, 1 where left and right agree to 1 px, too.
     """
     small, large = steps
+    above, most = median
     _, width, padded = cost.shape
     # The byte before a pixel's costs is the last of the pixel's before it, or one of these: 255.
     ends = np.full((width + 2) * padded + LANES, 255, np.uint8)
@@ -74,6 +89,7 @@ def choose_rows(  # noqa: ANN201 - numba
     sums, places = total.ctypes.data, count.ctypes.data
     best = np.empty(width, np.int16)
     lowest, second = np.empty(width, np.uint16), np.empty(width, np.uint16)
+    crowd = np.empty(width, np.int32)
     # Of the right image, backwards, as disparities run.
     right, right_lowest = np.empty(width + padded, np.uint16), np.empty(width + padded, np.uint16)
     for y in range(start, stop):
@@ -96,17 +112,18 @@ def choose_rows(  # noqa: ANN201 - numba
             at = _first(sums, lowest[x], padded)
             best[x] = at
             _show_right(sums, places, right_lowest[k:].ctypes.data, right[k:].ctypes.data, padded)
+            crowd[x] = _below(sums, np.int64(lowest[x]) + above, padded)
             second[x] = _second(total, at, padded)
         for x in range(width):
             d = best[x]
-            out[y, x] = np.int16(-1)
+            out[y, x], firm[y, x] = np.int16(-1), np.uint8(0)
             if d > x - margin or d >= disparities - 1 or cost[y, x, d] > worst:
                 continue
-            if abs(np.int64(right[width - 1 - (x - d)]) - d) > left_right:
-                continue
-            if second[x] < lowest[x] * (1 + uniqueness):
+            off = abs(np.int64(right[width - 1 - (x - d)]) - d)
+            if off > left_right or crowd[x] > most:
                 continue
             out[y, x] = d
+            firm[y, x] = np.uint8(off <= 1 and second[x] >= lowest[x] * (1 + uniqueness))
 
 
 @kernel
@@ -125,6 +142,6 @@ def drop_torn_rows(start, stop, cost, whole, reach, share, out):  # noqa: ANN201
             limit = cost[y, x, d] * (1 + share)
             for other in range(max(x - reach, 0), min(x + reach + 1, width)):
                 e = whole[y, other]
-                if e >= 0 and abs(e - d) > 1 and cost[y, x, e] < limit:
+                if e >= 0 and abs(e - d) > JUMP and cost[y, x, e] < limit:
                     out[y, x] = -1
                     break

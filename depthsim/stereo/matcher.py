@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.parallel import core_count, split
-from depthsim.stereo import choose, cost, paths, refine
+from depthsim.stereo import choose, cost, neighbours, paths, refine
 from depthsim.stereo.settings import MatcherSettings
 from depthsim.stereo.speckles import drop_speckles
 
@@ -54,13 +54,16 @@ class Matcher:
         small, large = ((step * pixels) >> shift for step in (settings.small_step, settings.large_step))
         blocks = -(-width // paths.BLOCK)
         split(paths.vertical, blocks, threads, self._cost, min(small, 255), min(large, 255), self._vertical)
-        whole = np.empty((height, width), np.int16)
+        whole, firm = np.empty((height, width), np.int16), np.empty((height, width), np.uint8)
         worst = int(settings.worst_score * cost.BITS * pixels) >> shift
         split(
             choose.choose_rows, height, threads, self._cost, self._vertical, disparities,
-            (min(small, 255), min(large, 255)), settings.margin, worst, float(settings.uniqueness),
-            float(settings.left_right), whole,
+            (min(small, 255), min(large, 255)), settings.margin, worst, settings.left_right,
+            (int(settings.median * 4 * cost.BITS * pixels) >> shift, int(settings.quantile * disparities)),
+            settings.second_peak, whole, firm,
         )  # fmt: skip
+        across, down = settings.neighbourhood[0] // 2, settings.neighbourhood[1] // 2
+        split(neighbours.drop_lonely_rows, height, threads, firm, across, down, settings.neighbours, whole)
         if settings.torn_reach:
             seen = whole.copy()
             split(
@@ -78,6 +81,7 @@ class Matcher:
         for _ in range(settings.steps):
             split(refine.shift_rows, height, threads, smooth[0], smooth[1], arms[:2], out, sums)
             split(refine.solve_columns, width, threads, whole, arms[2:], sums, float(settings.texture), out)
+        out[out < settings.least_disparity] = -1
         if settings.speckle_size > 1:
             drop_speckles(out, settings.speckle_size, float(settings.speckle_step))
         return out

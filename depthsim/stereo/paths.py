@@ -54,21 +54,18 @@ def vertical(start, stop, cost, small, large, out):  # noqa: ANN201 - numba
         down[LANES:row] = np.uint8(0)
         lowest[:] = np.uint8(0)
         for y in range(height):
-            at = first + y * row
             for i in range(count):
-                lowest[i] = step(
-                    cost[y, left + i].ctypes.data, at + i * padded, lowest[i], small, large, at + row + i * padded, padded
-                )
+                before, costs = first + y * row + i * padded, cost[y, left + i].ctypes.data
+                lowest[i] = step(costs, before, lowest[i], small, large, before + row, padded)
         ends[LANES:row] = np.uint8(0)
         lowest[:] = np.uint8(0)
         for k in range(height):
             y = height - 1 - k
             here, there = end + (k % 2) * row, end + (1 - k % 2) * row
             for i in range(count):
-                lowest[i] = step(
-                    cost[y, left + i].ctypes.data, here + i * padded, lowest[i], small, large, there + i * padded, padded
-                )
+                before, after, costs = here + i * padded, there + i * padded, cost[y, left + i].ctypes.data
+                lowest[i] = step(costs, before, lowest[i], small, large, after, padded)
                 to, gathered = out[y, left + i].ctypes.data, first + (y + 1) * row + i * padded
                 for d in range(0, padded, LANES):
-                    both = widen(load_bytes(gathered + d, LANES)) + widen(load_bytes(there + i * padded + d, LANES))
+                    both = widen(load_bytes(gathered + d, LANES)) + widen(load_bytes(after + d, LANES))
                     store(to + d, narrow(both + np.uint16(1), np.uint16(1)))

@@ -114,8 +114,8 @@ def _tilt(line, low, high):
 def shift_rows(start, stop, left, right, arms, disparity, sums):  # noqa: ANN201 - numba
     """Add up the normal equations along the row, within the support region.
 
-    arms: (2, H, W) int16, left and right, of :func:`arms_of_rows`. disparity: (H, W) float32, the best that is known so far, below 0
-    where there is none. sums: (H, W, 2) float64: weight, and weight · disparity.
+    arms: (2, H, W) int16, left and right, of :func:`arms_of_rows`. disparity: (H, W) float32, the best that is known so
+    far, below 0 where there is none. sums: (H, W, 2) float64: weight, and weight · disparity.
     """
     _, width = disparity.shape
     prefix = np.zeros((width + 1, 3), np.float64)
@@ -153,7 +153,8 @@ def shift_rows(start, stop, left, right, arms, disparity, sums):  # noqa: ANN201
 def solve_columns(start, stop, whole, arms, sums, least, out):  # noqa: ANN201 - numba
     """Add the sums along columns within the support region, and solve for the disparity [px] in steps of 1/32.
 
-    arms: (2, H, W) int16, up and down, of :func:`arms_of_rows`. least: sum of slope² below which there is too little to see.
+    arms: (2, H, W) int16, up and down, of :func:`arms_of_rows`. least: sum of slope² below which there is too little to
+    see.
     out: (H, W) float32, the disparity so far, written; -1 where there is none.
     """
     height, _ = whole.shape

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 from stereo_pairs import dotted, textured
 
-from depthsim.stereo import choose, cost, paths
+from depthsim.stereo import choose, cost, neighbours, paths, presets
 from depthsim.stereo.matcher import Matcher, to_depth
 from depthsim.stereo.settings import MatcherSettings
 from depthsim.stereo.speckles import drop_speckles
@@ -17,7 +17,7 @@ SHAPE = (120, 260)
 
 @pytest.mark.parametrize("disparity", [0.4, 7.0, 23.25, 41.5, 90.8])
 def test_a_moved_texture_is_found_to_a_small_part_of_a_pixel(disparity: float) -> None:
-    found = Matcher().match(*textured(SHAPE, disparity))
+    found = Matcher(MatcherSettings(least_disparity=0)).match(*textured(SHAPE, disparity))
     inner = found[10:-10, int(disparity) + 25 : -10]
     assert (inner > 0).mean() > 0.99
     assert abs(np.median(inner) - disparity) < 0.02
@@ -189,13 +189,92 @@ def test_the_lowest_sum_of_all_paths_is_chosen() -> None:
     vertical = np.full_like(costs, 255)
     vertical[..., :disparities] = rng.integers(0, 255, (height, width, disparities))
     whole = np.empty((height, width), np.int16)
-    choose.choose_rows(0, height, costs, vertical, disparities, (43, 218), 0, 255, 0.0, 64.0, whole)
+    firm = np.empty((height, width), np.uint8)
+    choose.choose_rows(
+        0, height, costs, vertical, disparities, (43, 218), 0, 255, 64.0, (0, disparities), 0.0, whole, firm
+    )
     for y in range(height):
         line = costs[y, :, :disparities]
         total = along(line, 43, 218) + along(line[::-1], 43, 218)[::-1] + 2 * vertical[y, :, :disparities].astype(int)
         best = total.argmin(axis=1)
         inside = (best <= np.arange(width)) & (best < disparities - 1)
         assert (whole[y] == np.where(inside, best, -1)).all()
+
+
+def test_the_tests_are_those_of_the_formula() -> None:
+    """Left-right, second peak and median, one pixel at a time."""
+    rng = np.random.default_rng(8)
+    height, width, disparities = 4, 70, 12
+    costs = np.full((height, width, 64), 255, np.uint8)
+    costs[..., :disparities] = rng.integers(0, 140, (height, width, disparities))
+    above, most, second_peak, left_right = 150, 6, 0.1, 2.0
+    whole, firm = np.empty((height, width), np.int16), np.empty((height, width), np.uint8)
+    choose.choose_rows(
+        0, height, costs, costs, disparities, (43, 218), 0, 255, left_right, (above, most), second_peak, whole, firm
+    )
+    seen = {"kept": 0, "dropped": 0, "firm": 0}
+    for y in range(height):
+        line = costs[y, :, :disparities]
+        total = along(line, 43, 218) + along(line[::-1], 43, 218)[::-1] + 2 * line.astype(int)
+        right = [
+            min((total[x + d, d], d) for d in range(disparities) if x + d < width)[1] for x in range(width)
+        ]  # fmt: skip
+        for x in range(width):
+            d = int(total[x].argmin())
+            if d > x or d >= disparities - 1:
+                continue
+            off, sums = abs(right[x - d] - d), total[x]
+            kept = off <= left_right and (sums < sums[d] + above).sum() <= most
+            rest = [sums[e] for e in range(disparities) if abs(e - d) > 1]
+            assert whole[y, x] == (d if kept else -1)
+            assert firm[y, x] == (kept and off <= 1 and min(rest) >= sums[d] * (1 + second_peak))
+            seen["firm" if firm[y, x] else "kept" if kept else "dropped"] += 1
+    assert min(seen.values()) > 5
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(1, 12), st.integers(1, 15), st.integers(0, 9), st.integers(0, 6), st.integers(0, 2**32 - 1))
+def test_who_has_few_firm_neighbours_is_dropped(height: int, width: int, across: int, down: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    firm = rng.integers(0, 2, (height, width)).astype(np.uint8)
+    found = np.ones((height, width), np.int16)
+    middle = height // 2
+    for start, stop in ((0, middle), (middle, height)):
+        neighbours.drop_lonely_rows(start, stop, firm, across, down, 0.5, found)
+    for y in range(height):
+        for x in range(width):
+            window = firm[max(y - down, 0) : y + down + 1, max(x - across, 0) : x + across + 1]
+            assert (found[y, x] == 1) == (window.sum() >= 0.5 * window.size)
+
+
+def test_nothing_is_farther_than_the_search_reaches() -> None:
+    rng = np.random.default_rng(9)
+    noise = rng.integers(0, 255, (2, *SHAPE), dtype=np.uint8)
+    for pair in (textured(SHAPE, 0.03), textured(SHAPE, 0.6), noise, dotted(SHAPE, lambda x, y: x / 100)):
+        found = Matcher().match(*pair)
+        assert ((found == -1) | (found >= 1)).all()
+    assert (Matcher().match(*textured(SHAPE, 1.5))[10:-10, 30:-10] > 1).mean() > 0.99
+
+
+def test_presets_fill_in_the_order_of_their_names() -> None:
+    """A faint texture under noise, as by day on a wall."""
+    pair = [
+        np.clip(image / 40 + 80.5 + np.random.default_rng(seed).normal(0, 2, SHAPE), 0, 255).astype(np.uint8)
+        for seed, image in enumerate(textured(SHAPE, 20.0))
+    ]
+    filled = {}
+    for name in presets.CHIP:
+        filled[name] = (Matcher(MatcherSettings(preset=name)).match(*pair)[10:-10, 40:-10] > 0).mean()
+    assert filled["high_density"] >= filled["default"] > filled["medium_density"] > filled["high_accuracy"]
+    assert filled["high_density"] > filled["high_accuracy"] + 0.1
+
+
+def test_what_stands_beside_a_preset_holds() -> None:
+    mine = MatcherSettings.model_validate({"preset": "high_accuracy", "second_peak": 0.01})
+    assert mine.second_peak == 0.01
+    assert mine.neighbours == MatcherSettings(preset="high_accuracy").neighbours > MatcherSettings().neighbours
+    assert MatcherSettings.model_validate(mine.model_dump()) == mine
+    assert MatcherSettings() == MatcherSettings(preset="default")
 
 
 def test_speckles_are_the_small_connected_patches() -> None:
