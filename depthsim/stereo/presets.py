@@ -34,7 +34,7 @@ def thresholds(name: Name) -> dict[str, float]:
     """The matcher's settings that a preset stands for."""
     chip, default = CHIP[name], CHIP["default"]
     return {
-        "second_peak": round(0.2 * chip.second_peak_threshold / default.second_peak_threshold, 3),
+        "second_peak": round(0.22 * chip.second_peak_threshold / default.second_peak_threshold, 3),
         # In 16ths of a pixel: disparities are compared whole, so that all but High Accuracy may differ by one.
         "left_right": round(chip.lr_agree_threshold / 16, 3),
         "neighbours": round(0.5 + 0.0015 * (chip.neighbor_threshold - default.neighbor_threshold), 3),

@@ -113,11 +113,13 @@ class MatcherSettings(_Part):
     )
     window: tuple[int, int] = Field(default=(7, 5), description="costs are added over, across and down [px]; odd")
     small_step: int = Field(
-        default=20, ge=0, le=200, description="P1: a change of 1 px along a path, cost a window pixel"
+        default=25, ge=0, le=200, description="P1: a change of 1 px along a path, cost a window pixel"
     )
-    large_step: int = Field(default=100, ge=0, le=400, description="P2: a larger change, cost a window pixel")
+    large_step: int = Field(
+        default=104, ge=0, le=400, description="P2: a larger change, cost a window pixel; a byte holds 116"
+    )
     second_peak: FiniteFloat = Field(
-        default=0.2, ge=0, le=10, description="share by which the best beats all but its neighbours, to be firm"
+        default=0.22, ge=0, le=10, description="share by which the best beats all but its neighbours, to be firm"
     )
     left_right: FiniteFloat = Field(default=1.5, ge=0, le=64, description="most that left and right may differ [px]")
     neighbours: FiniteFloat = Field(default=0.5, ge=0, le=1, description="share of the neighbourhood that is firm")
