@@ -126,6 +126,14 @@ def choose_rows(  # noqa: ANN201 - numba
             firm[y, x] = np.uint8(off <= 1 and second[x] >= lowest[x] * (1 + uniqueness))
 
 
+@inlined
+def _stretch(row, low, high):
+    """Let the lowest and highest disparity take in those of ``row``."""
+    for x in range(row.size):
+        low[x] = min(low[x], row[x] if row[x] >= 0 else np.int16(32767))
+        high[x] = max(high[x], row[x])
+
+
 @kernel
 def drop_torn_rows(start, stop, cost, whole, reach, share, out):  # noqa: ANN201 - numba
     """Drop the pixels whose window holds two surfaces and fits the other one nearly as well.
@@ -134,14 +142,20 @@ def drop_torn_rows(start, stop, cost, whole, reach, share, out):  # noqa: ANN201
     reach: how far along the row the other surface may begin [px]. share: by which its cost must be higher.
     """
     _, width = whole.shape
+    low, high = np.empty(width, np.int16), np.empty(width, np.int16)
     for y in range(start, stop):
+        row = whole[y]
+        low[:], high[:] = np.int16(32767), np.int16(-1)
+        for k in range(-min(reach, width - 1), min(reach, width - 1) + 1):
+            first, end = max(0, -k), min(width, width - k)
+            _stretch(row[first + k : end + k], low[first:end], high[first:end])
         for x in range(width):
-            d = whole[y, x]
-            if d < 0:
+            d = row[x]
+            if d < 0 or (high[x] - d <= JUMP and d - low[x] <= JUMP):
                 continue
             limit = cost[y, x, d] * (1 + share)
             for other in range(max(x - reach, 0), min(x + reach + 1, width)):
-                e = whole[y, other]
+                e = row[other]
                 if e >= 0 and abs(e - d) > JUMP and cost[y, x, e] < limit:
                     out[y, x] = -1
                     break
