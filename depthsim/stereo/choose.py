@@ -67,7 +67,7 @@ def _second(total, at, padded):
 
 @kernel
 def choose_rows(  # noqa: ANN201 - numba
-    start, stop, cost, vertical, disparities, steps, margin, worst, left_right, median, uniqueness, out, firm,
+    start, stop, cost, vertical, disparities, steps, margin, worst, left_right, median, peak, out, firm,
 ):  # fmt: skip
     """Rows ``start`` to ``stop`` of the disparity.
 
@@ -75,7 +75,7 @@ def choose_rows(  # noqa: ANN201 - numba
     steps: what a path charges for a change of 1 px, and for a larger one. worst: highest window cost.
     left_right: most that the right image's own disparity may differ by [px]. median: how much the sum at the quantile
     must be above the lowest, and how many disparities are below the quantile.
-    uniqueness: share by which every other disparity must be worse for the pixel to be firm.
+    peak: share by which every other disparity must be worse for the pixel to be firm.
     out: (H, W) int16 [px], -1 where there is none. firm: (H, W) uint8, 1 where left and right agree to 1 px, too.
     """
     small, large = steps
@@ -123,7 +123,7 @@ def choose_rows(  # noqa: ANN201 - numba
             if off > left_right or crowd[x] > most:
                 continue
             out[y, x] = d
-            firm[y, x] = np.uint8(off <= 1 and second[x] >= lowest[x] * (1 + uniqueness))
+            firm[y, x] = np.uint8(off <= 1 and second[x] >= lowest[x] * (1 + peak))
 
 
 @inlined
