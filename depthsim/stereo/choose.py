@@ -35,12 +35,16 @@ def _first(values, wanted, padded):
 
 @inlined
 def _show_right(total, count, lowest, disparity, padded):
-    """Let the right image's pixels, from an address on, take what a left pixel's costs are lower than or equal to."""
+    """Let the right image's pixels, from an address on, take what a left pixel's costs are lower than or equal to.
+
+    count: 0, 1, 2, ... as an array, because numba frees an array of which nothing but the address is used any more.
+    """
+    counted = count.ctypes.data
     for d in range(0, padded, LANES):
         here, before = load_words(total + 2 * d, LANES), load_words(lowest + 2 * d, LANES)
         lower = here <= before
         store(lowest + 2 * d, choose(lower, here, before))
-        place = load_words(count + 2 * d, LANES)
+        place = load_words(counted + 2 * d, LANES)
         store(disparity + 2 * d, choose(lower, place, load_words(disparity + 2 * d, LANES)))
 
 
@@ -84,9 +88,9 @@ def choose_rows(  # noqa: ANN201 - numba
     # The byte before a pixel's costs is the last of the pixel's before it, or one of these: 255.
     ends = np.full((width + 2) * padded + LANES, 255, np.uint8)
     base = ends.ctypes.data + LANES
-    back = np.full(3 * padded + LANES, 255, np.uint8)
+    back = np.full(4 * padded + LANES, 255, np.uint8)
     total, count = np.empty(padded, np.uint16), np.arange(padded).astype(np.uint16)
-    sums, places = total.ctypes.data, count.ctypes.data
+    sums = total.ctypes.data
     best = np.empty(width, np.int16)
     lowest, second = np.empty(width, np.uint16), np.empty(width, np.uint16)
     crowd = np.empty(width, np.int32)
@@ -111,7 +115,7 @@ def choose_rows(  # noqa: ANN201 - numba
             lowest[x] = _gather(base + (x + 1) * padded, there, vertical[y, x].ctypes.data, sums, padded)
             at = _first(sums, lowest[x], padded)
             best[x] = at
-            _show_right(sums, places, right_lowest[k:].ctypes.data, right[k:].ctypes.data, padded)
+            _show_right(sums, count, right_lowest[k:].ctypes.data, right[k:].ctypes.data, padded)
             crowd[x] = _below(sums, np.int64(lowest[x]) + above, padded)
             second[x] = _second(total, at, padded)
         for x in range(width):
