@@ -8,6 +8,7 @@ same intrinsics and looks at a wall, at tilted walls, at a plate before a wall, 
 """
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -20,7 +21,7 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import stereo_figures as figures
-from benchmarks.measuring import machine, milliseconds, side_by_side
+from benchmarks.measuring import Work, least_cpu, machine, side_by_side
 from depthsim.camera import Camera
 from depthsim.presets import preset
 from depthsim.runs.png import decode_png
@@ -151,29 +152,50 @@ def simulated_rows() -> dict[str, str]:
 
 
 def times(rounds: int, console: Console) -> None:
-    """Milliseconds of an 848x480 frame, and of OpenCV's semi-global matcher where it is installed."""
-    scene, camera = load_scene("office"), preset("d435")
+    """Time of rendered frames and of pairs, and of OpenCV's semi-global matcher where it is installed, side by side.
+
+    OpenCV leaves the columns empty that are narrower than the search; it gets as many more before the image, so that
+    both find the disparity of as many pixels.
+    """
+    scene = load_scene("office")
     pose = load_trajectory(None, scene, 30.0, None).matrices()[0]
-    sensor, matcher = Sensor(scene, camera, "active_stereo"), Matcher()
-    frame = sensor.measure(pose)
-    works = {
-        "a frame, one thread": lambda: sensor.measure(pose, threads=1),
-        "a frame, all cores": lambda: sensor.measure(pose),
-        "of it the matcher, one thread": lambda: matcher.match(frame.left, frame.right, 1),
-        "of it the matcher, all cores": lambda: matcher.match(frame.left, frame.right),
-    }
+    table = Table("126 disparities, two threads", "ms", "processor ms", "of 3-way", title="Time: least of each")
+    for width, height in ((848, 480), (1280, 720)):
+        sensor, matcher = Sensor(scene, preset("d435", width, height), "active_stereo"), Matcher()
+        frame = sensor.measure(pose)
+        assert frame.left is not None and frame.right is not None
+        left, right = frame.left, frame.right
+        works: dict[str, Work] = {
+            "a frame, rendered and matched": partial(sensor.measure, pose, threads=2),
+            "a pair, matched": partial(matcher.match, left, right, 2),
+        } | _opencv(left, right)
+        seconds = side_by_side(works, rounds)
+        cpu = least_cpu(works, rounds)
+        for name, own in seconds.items():
+            over = f"{cpu[name] / cpu[_THREE_WAY]:.2f}" if _THREE_WAY in cpu else ""
+            table.add_row(f"{width}x{height} {name}", f"{min(own) * 1e3:.0f}", f"{cpu[name] * 1e3:.0f}", over)
+    console.print(table)
+    if _THREE_WAY not in works:
+        console.print("opencv is not installed: no StereoSGBM beside the matcher")
+    console.print("SimSense on a GPU (2080 Ti): 4.3 ms with 64 disparities, by its authors")
+
+
+_THREE_WAY = "StereoSGBM, 3-way"
+
+
+def _opencv(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> dict[str, Work]:
+    """OpenCV's matcher with three paths in one pass, and with four paths as ours; nothing where it is not installed."""
     try:
         import cv2
     except ImportError:
-        console.print("opencv is not installed: no StereoSGBM beside the matcher")
-    else:
-        sgbm = cv2.StereoSGBM_create(0, 128, 5, 8 * 25, 32 * 25, 1, 31, 10, 100, 2)
-        works["OpenCV's StereoSGBM, its own threads"] = lambda: sgbm.compute(frame.left, frame.right)
-    table = Table("848x480, 126 disparities", "ms", title="Time")
-    for name, seconds in side_by_side(works, rounds).items():
-        table.add_row(name, f"{milliseconds(seconds):.0f}")
-    console.print(table)
-    console.print("SimSense on a GPU (2080 Ti): 4.3 ms with 64 disparities, by its authors")
+        return {}
+    cv2.setNumThreads(2)
+    wide = [cv2.copyMakeBorder(image, 0, 0, 128, 0, cv2.BORDER_REPLICATE) for image in (left, right)]
+    modes = {_THREE_WAY: cv2.STEREO_SGBM_MODE_SGBM_3WAY, "StereoSGBM, 4 paths": cv2.STEREO_SGBM_MODE_HH4}
+    return {
+        name: partial(cv2.StereoSGBM.create(0, 128, 5, 200, 800, 1, 31, 10, 100, 2, mode).compute, *wide)
+        for name, mode in modes.items()
+    }
 
 
 def main(rounds: Annotated[int, typer.Option(min=1)] = 5) -> None:

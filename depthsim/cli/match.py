@@ -18,6 +18,9 @@ def match(
     camera: Annotated[Path, typer.Option(help="The camera.yaml of the pair.")],
     out: Annotated[Path, typer.Option(help="The depth, a 16-bit PNG in units of the camera's depth_scale.")],
     settings: Annotated[Path | None, typer.Option(help="YAML with what the matcher should do differently.")] = None,
+    preset: Annotated[
+        str | None, typer.Option(help="default, high_accuracy, high_density or medium_density, as on a D400.")
+    ] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads. [default: all cores]")] = None,
 ) -> None:
     """Match a real or simulated pair as the active stereo sensor does, and write the depth of the left image."""
@@ -28,6 +31,7 @@ def match(
     from depthsim.runs.storing import write_whole
     from depthsim.sensor.pipeline import to_depth_raw
     from depthsim.stereo.matcher import Matcher, to_depth
+    from depthsim.stereo.presets import CHIP
     from depthsim.stereo.settings import MatcherSettings
     from depthsim.yamlfile import read_model
 
@@ -39,7 +43,14 @@ def match(
     pair = _grey(left, eye.shape, camera), _grey(right, eye.shape, camera)
     if pair[0].dtype != pair[1].dtype:
         raise InputError(right, "", f"has not as many bits as {left}", "give two images of one kind")
-    how = read_model(MatcherSettings, settings, "the matcher's settings") if settings else MatcherSettings()
+    if preset is not None and settings is not None:
+        raise InputError("--preset", preset, "stands beside --settings", f"write preset: {preset} into {settings}")
+    if preset is not None and preset not in CHIP:
+        raise InputError("--preset", preset, "is no preset", f"name one of {', '.join(CHIP)}")
+    if settings is not None:
+        how = read_model(MatcherSettings, settings, "the matcher's settings")
+    else:
+        how = MatcherSettings.model_validate({"preset": preset or "default"})
     depth = to_depth(Matcher(how).match(*pair, threads=threads), eye.focal_baseline)
     write_whole(out, encode_png(to_depth_raw(depth, eye)))
     found = depth[depth > 0]

@@ -1,52 +1,141 @@
-"""From gathered costs to whole disparities: the lowest, checked against the rest and against the right image."""
+"""The paths along a row, and from gathered costs to whole disparities, checked against the rest and the right image."""
 
 import numpy as np
 
-from depthsim.kernels import kernel
+from depthsim.kernels import inlined, kernel
+from depthsim.lanes import choose, count_true, first_true, least, least_of, load_bytes, load_words, spread, store, widen
+from depthsim.stereo.cost import LANES
+from depthsim.stereo.paths import step
+
+JUMP = 2
+"""[px] Between neighbours, that makes two surfaces of them."""
+
+
+@inlined
+def _gather(to_right, to_left, vertical, out, padded):
+    """Add up all four paths of a pixel, the mean of the vertical two twice; returns the lowest sum. Addresses."""
+    lows = spread(np.uint16(65535), LANES)
+    for d in range(0, padded, LANES):
+        up_down = widen(load_bytes(vertical + d, LANES))
+        total = widen(load_bytes(to_right + d, LANES)) + widen(load_bytes(to_left + d, LANES)) + up_down + up_down
+        store(out + 2 * d, total)
+        lows = least(lows, total)
+    return least_of(lows)
+
+
+@inlined
+def _first(values, wanted, padded):
+    """Where, from an address on, the first number is that equals ``wanted``."""
+    for d in range(0, padded, LANES):
+        at = first_true(load_words(values + 2 * d, LANES) == wanted)
+        if at < LANES:
+            return d + at
+    return padded
+
+
+@inlined
+def _show_right(total, count, lowest, disparity, padded):
+    """Let the right image's pixels, from an address on, take what a left pixel's costs are lower than or equal to.
+
+    count: 0, 1, 2, ... as an array, because numba frees an array of which nothing but the address is used any more.
+    """
+    counted = count.ctypes.data
+    for d in range(0, padded, LANES):
+        here, before = load_words(total + 2 * d, LANES), load_words(lowest + 2 * d, LANES)
+        lower = here <= before
+        store(lowest + 2 * d, choose(lower, here, before))
+        place = load_words(counted + 2 * d, LANES)
+        store(disparity + 2 * d, choose(lower, place, load_words(disparity + 2 * d, LANES)))
+
+
+@inlined
+def _below(total, limit, padded):
+    """How many of the sums, from an address on, are below a limit."""
+    count = np.int32(0)
+    for d in range(0, padded, LANES):
+        count += count_true(load_words(total + 2 * d, LANES) < np.uint16(limit))
+    return count
+
+
+@inlined
+def _second(total, at, padded):
+    """The lowest of the sums but those at ``at`` and beside it, which are lost."""
+    for d in range(max(at - 1, 0), min(at + 2, padded)):
+        total[d] = np.uint16(65535)
+    lows = spread(np.uint16(65535), LANES)
+    values = total.ctypes.data
+    for d in range(0, padded, LANES):
+        lows = least(lows, load_words(values + 2 * d, LANES))
+    return least_of(lows)
 
 
 @kernel
 def choose_rows(  # noqa: ANN201 - numba
-    start, stop, cost, total, margin, worst, uniqueness, left_right, out,
+    start, stop, cost, vertical, disparities, steps, margin, worst, left_right, median, peak, out, firm,
 ):  # fmt: skip
     """Rows ``start`` to ``stop`` of the disparity.
 
-    cost: (H, W, D) int16 window costs. total: the same, gathered along paths.
-    worst: highest window cost. uniqueness: share by which every other disparity must be worse.
-    out: (H, W) int16 [px], -1 where there is none.
+    cost: (H, W, P) uint8 window costs. vertical: the same, the mean of the paths down and up.
+    steps: what a path charges for a change of 1 px, and for a larger one. worst: highest window cost.
+    left_right: most that the right image's own disparity may differ by [px]. median: how much the sum at the quantile
+    must be above the lowest, and how many disparities are below the quantile.
+    peak: share by which every other disparity must be worse for the pixel to be firm.
+    out: (H, W) int16 [px], -1 where there is none. firm: (H, W) uint8, 1 where left and right agree to 1 px, too.
     """
-    _, width, disparities = cost.shape
-    best, right = np.empty(width, np.int32), np.empty(width, np.int32)
-    lowest, right_lowest = np.empty(width, np.int16), np.empty(width, np.int16)
+    small, large = steps
+    above, most = median
+    _, width, padded = cost.shape
+    # The byte before a pixel's costs is the last of the pixel's before it, or one of these: 255.
+    ends = np.full((width + 2) * padded + LANES, 255, np.uint8)
+    base = ends.ctypes.data + LANES
+    back = np.full(4 * padded + LANES, 255, np.uint8)
+    total, count = np.empty(padded, np.uint16), np.arange(padded).astype(np.uint16)
+    sums = total.ctypes.data
+    best = np.empty(width, np.int16)
+    lowest, second = np.empty(width, np.uint16), np.empty(width, np.uint16)
+    crowd = np.empty(width, np.int32)
+    # Of the right image, backwards, as disparities run.
+    right, right_lowest = np.empty(width + padded, np.uint16), np.empty(width + padded, np.uint16)
     for y in range(start, stop):
-        right_lowest[:] = np.int16(32767)
-        right[:] = -1
+        low = np.uint8(0)
+        ends[LANES : LANES + padded] = np.uint8(0)
         for x in range(width):
-            here = total[y, x]
-            low = here[0]
-            for d in range(disparities):
-                low = here[d] if here[d] < low else low
-            at = 0
-            while here[at] != low:
-                at += 1
-            best[x], lowest[x] = at, low
-            for d in range(min(disparities, x + 1)):
-                if here[d] < right_lowest[x - d]:
-                    right_lowest[x - d] = here[d]
-                    right[x - d] = d
+            low = step(cost[y, x].ctypes.data, base + x * padded, low, small, large, base + (x + 1) * padded, padded)
+        right_lowest[:] = np.uint16(65535)
+        right[:] = np.uint16(65535)
+        back[LANES : LANES + padded] = np.uint8(0)
+        low = np.uint8(0)
+        now = 0
+        for k in range(width):
+            x = width - 1 - k
+            here = back.ctypes.data + LANES + now * 2 * padded
+            there = back.ctypes.data + LANES + (1 - now) * 2 * padded
+            low = step(cost[y, x].ctypes.data, here, low, small, large, there, padded)
+            now = 1 - now
+            lowest[x] = _gather(base + (x + 1) * padded, there, vertical[y, x].ctypes.data, sums, padded)
+            at = _first(sums, lowest[x], padded)
+            best[x] = at
+            _show_right(sums, count, right_lowest[k:].ctypes.data, right[k:].ctypes.data, padded)
+            crowd[x] = _below(sums, np.int64(lowest[x]) + above, padded)
+            second[x] = _second(total, at, padded)
         for x in range(width):
-            d, out[y, x] = best[x], np.int16(-1)
+            d = best[x]
+            out[y, x], firm[y, x] = np.int16(-1), np.uint8(0)
             if d > x - margin or d >= disparities - 1 or cost[y, x, d] > worst:
                 continue
-            if abs(right[x - d] - d) > left_right:
-                continue
-            limit, here, second = lowest[x] * (1 + uniqueness), total[y, x], np.int16(32767)
-            for other in range(disparities):
-                value = here[other] if abs(other - d) > 1 else np.int16(32767)
-                second = value if value < second else second
-            if second < limit:
+            off = abs(np.int64(right[width - 1 - (x - d)]) - d)
+            if off > left_right or crowd[x] > most:
                 continue
             out[y, x] = d
+            firm[y, x] = np.uint8(off <= 1 and second[x] >= lowest[x] * (1 + peak))
+
+
+@inlined
+def _stretch(row, low, high):
+    """Let the lowest and highest disparity take in those of ``row``."""
+    for x in range(row.size):
+        low[x] = min(low[x], row[x] if row[x] >= 0 else np.int16(32767))
+        high[x] = max(high[x], row[x])
 
 
 @kernel
@@ -57,14 +146,20 @@ def drop_torn_rows(start, stop, cost, whole, reach, share, out):  # noqa: ANN201
     reach: how far along the row the other surface may begin [px]. share: by which its cost must be higher.
     """
     _, width = whole.shape
+    low, high = np.empty(width, np.int16), np.empty(width, np.int16)
     for y in range(start, stop):
+        row = whole[y]
+        low[:], high[:] = np.int16(32767), np.int16(-1)
+        for k in range(-min(reach, width - 1), min(reach, width - 1) + 1):
+            first, end = max(0, -k), min(width, width - k)
+            _stretch(row[first + k : end + k], low[first:end], high[first:end])
         for x in range(width):
-            d = whole[y, x]
-            if d < 0:
+            d = row[x]
+            if d < 0 or (high[x] - d <= JUMP and d - low[x] <= JUMP):
                 continue
             limit = cost[y, x, d] * (1 + share)
             for other in range(max(x - reach, 0), min(x + reach + 1, width)):
-                e = whole[y, other]
-                if e >= 0 and abs(e - d) > 1 and cost[y, x, e] < limit:
+                e = row[other]
+                if e >= 0 and abs(e - d) > JUMP and cost[y, x, e] < limit:
                     out[y, x] = -1
                     break

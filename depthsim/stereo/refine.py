@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.kernels import inlined, kernel
+from depthsim.lanes import load_floats, sum_of
 
 STEPS = 32
 """Steps of a pixel: fractional_bits = 5 in librealsense, src/proc/disparity-transform.h; measured as well."""
@@ -24,19 +25,22 @@ ALIKE = 1
 
 @kernel
 def normalise_rows(start, stop, image, across, down, floor, out):  # noqa: ANN201 - numba
-    """out = (image - mean) / sqrt(variance + floor²) over a window, so that gain and offset of the image cancel."""
+    """out = (image - mean) / sqrt(variance + floor²) over a window, so that gain and offset of the image cancel.
+
+    image: (H, W) float32 of whole numbers below 2 ** 16, so that sums are exact wherever they begin.
+    """
     height, width = image.shape
-    total, square = np.empty(width, np.float64), np.empty(width, np.float64)
-    for y in range(start, stop):
-        total[:] = 0
-        square[:] = 0
-        for k in range(-down, down + 1):
-            row = image[min(max(y + k, 0), height - 1)]
-            for x in range(width):
-                value = np.float64(row[x])
-                total[x] += value
-                square[x] += value * value
-        sum1, sum2, count = 0.0, 0.0, (2 * across + 1) * (2 * down + 1)
+    total, square = np.zeros(width, np.float64), np.zeros(width, np.float64)
+    count = (2 * across + 1) * (2 * down + 1)
+    for y in range(start - 2 * down, stop):
+        row = image[min(max(y + down, 0), height - 1)]
+        for x in range(width):
+            value = np.float64(row[x])
+            total[x] += value
+            square[x] += value * value
+        if y < start:
+            continue
+        sum1, sum2 = 0.0, 0.0
         for k in range(-across, across + 1):
             sum1 += total[min(max(k, 0), width - 1)]
             sum2 += square[min(max(k, 0), width - 1)]
@@ -47,10 +51,15 @@ def normalise_rows(start, stop, image, across, down, floor, out):  # noqa: ANN20
             entering, leaving = min(x + across + 1, width - 1), max(x - across, 0)
             sum1 += total[entering] - total[leaving]
             sum2 += square[entering] - square[leaving]
+        row = image[min(max(y - down, 0), height - 1)]
+        for x in range(width):
+            value = np.float64(row[x])
+            total[x] -= value
+            square[x] -= value * value
 
 
 def _kernel() -> NDArray[np.float32]:
-    """(32, 6, 2) the weights of six pixels in the value and in the slope between the middle two, by 32nds."""
+    """(32, 2, 8) the weights of six pixels, and two zeros, in value and slope between the middle two, by 32nds."""
 
     def weights(t: NDArray[np.float64]) -> NDArray[np.float64]:
         away = t[:, None] - np.arange(1 - _REACH, _REACH + 1)
@@ -58,21 +67,39 @@ def _kernel() -> NDArray[np.float32]:
         return np.asarray(bell / bell.sum(axis=1, keepdims=True))
 
     t, step = np.arange(STEPS) / STEPS, 1e-5
-    return np.stack([weights(t), (weights(t + step) - weights(t - step)) / (2 * step)], axis=-1).astype(np.float32)
+    both = np.stack([weights(t), (weights(t + step) - weights(t - step)) / (2 * step)], axis=1)
+    return np.pad(both, ((0, 0), (0, 0), (0, 8 - 2 * _REACH))).astype(np.float32)
 
 
 _KERNEL = _kernel()
 
 
 @inlined
-def _arms(line, at, arm):
-    """The part of ``line`` about ``at`` that is at most ``arm`` away and whose disparity is alike."""
-    low, high = at, at + 1
-    while low > 0 and at - low < arm and abs(line[low - 1] - line[at]) <= ALIKE:
-        low -= 1
-    while high < line.size and high - at <= arm and abs(line[high] - line[at]) <= ALIKE:
-        high += 1
-    return low, high
+def _grow(row, other, k, arm):
+    """Lengthen arms of k - 1 px by one where ``other``, k px away, is alike."""
+    for x in range(row.size):
+        away = np.int16(other[x] - row[x])
+        arm[x] = np.int16(arm[x] + ((away <= ALIKE) & (away >= -ALIKE) & (arm[x] == np.int16(k - 1))))
+
+
+@kernel
+def arms_of_rows(start, stop, whole, across, down, out):  # noqa: ANN201 - numba
+    """How far the support regions of rows ``start`` to ``stop`` reach: while the disparity is alike, and no further.
+
+    whole: (H, W) int16. across, down: most [px]. out: (4, H, W) int16: to the left, right, up and down [px].
+    """
+    height, width = whole.shape
+    for y in range(start, stop):
+        row = whole[y]
+        out[:, y] = np.int16(0)
+        for k in range(1, min(across, width - 1) + 1):
+            _grow(row[k:], row[:-k], k, out[0, y, k:])
+            _grow(row[:-k], row[k:], k, out[1, y, :-k])
+        for k in range(1, down + 1):
+            if y >= k:
+                _grow(row, whole[y - k], k, out[2, y])
+            if y + k < height:
+                _grow(row, whole[y + k], k, out[3, y])
 
 
 @inlined
@@ -84,34 +111,37 @@ def _tilt(line, low, high):
 
 
 @kernel
-def shift_rows(start, stop, left, right, whole, disparity, arm, sums):  # noqa: ANN201 - numba
+def shift_rows(start, stop, left, right, arms, disparity, sums):  # noqa: ANN201 - numba
     """Add up the normal equations along the row, within the support region.
 
-    whole: (H, W) int16, negative where there is none; it shapes the regions. disparity: (H, W) float32, the best that
-    is known so far. sums: (H, W, 2) float64: weight, and weight · disparity.
+    arms: (2, H, W) int16, left and right, of :func:`arms_of_rows`. disparity: (H, W) float32, the best that is known so
+    far, below 0 where there is none. sums: (H, W, 2) float64: weight, and weight · disparity.
     """
     _, width = disparity.shape
     prefix = np.zeros((width + 1, 3), np.float64)
+    # Two more than there are: eight are read, and the last two weigh nothing.
+    near, far = np.zeros(width + 2, np.float32), np.zeros(width + 2, np.float32)
+    weights, row, other = _KERNEL.ctypes.data, near.ctypes.data, far.ctypes.data
+    level = load_floats(weights + 32, 8)
     for y in range(start, stop):
-        near, far = left[y], right[y]
+        near[:width], far[:width] = left[y], right[y]
         for x in range(width):
             d = disparity[y, x]
             weight, moment = np.float32(0), np.float32(0)
             place = np.int64(x * STEPS) - np.int64(d * np.float32(STEPS))
             at, phase = place // STEPS - (_REACH - 1), place % STEPS
             if d >= 0 and _REACH <= x < width - _REACH and at >= 0 and at <= width - 2 * _REACH:
-                here, slope = np.float32(0), np.float32(0)
-                for k in range(2 * _REACH):
-                    here += _KERNEL[phase, k, 0] * far[at + k]
-                    slope += _KERNEL[phase, k, 1] * far[at + k] + _KERNEL[0, k, 1] * near[x - (_REACH - 1) + k]
-                slope *= np.float32(0.5)
+                there = load_floats(other + 4 * at, 8)
+                here = sum_of(there * load_floats(weights + 64 * phase, 8))
+                slopes = there * load_floats(weights + 64 * phase + 32, 8)
+                slope = sum_of(slopes + load_floats(row + 4 * (x - (_REACH - 1)), 8) * level) * np.float32(0.5)
                 weight = slope * slope
                 moment = weight * d + slope * (here - near[x])
             prefix[x + 1, 0] = prefix[x, 0] + weight
             prefix[x + 1, 1] = prefix[x, 1] + moment
             prefix[x + 1, 2] = prefix[x, 2] + weight * x
         for x in range(width):
-            low, high = _arms(whole[y], x, arm)
+            low, high = x - np.int64(arms[0, y, x]), x + 1 + np.int64(arms[1, y, x])
             weight = prefix[high, 0] - prefix[low, 0]
             off = prefix[high, 2] - prefix[low, 2] - weight * x
             # What lies off the middle counts as what it would be at the middle.
@@ -120,31 +150,32 @@ def shift_rows(start, stop, left, right, whole, disparity, arm, sums):  # noqa: 
 
 
 @kernel
-def solve_columns(start, stop, whole, sums, arm, least, out):  # noqa: ANN201 - numba
+def solve_columns(start, stop, whole, arms, sums, least, out):  # noqa: ANN201 - numba
     """Add the sums along columns within the support region, and solve for the disparity [px] in steps of 1/32.
 
-    least: sum of slope² below which there is too little to see.
+    arms: (2, H, W) int16, up and down, of :func:`arms_of_rows`. least: sum of slope² below which there is too little to
+    see.
     out: (H, W) float32, the disparity so far, written; -1 where there is none.
     """
     height, _ = whole.shape
     prefix = np.zeros((height + 1, 3), np.float64)
-    line, before = np.empty(height, np.int16), np.empty(height, np.float32)
+    before = np.empty(height, np.float32)
     for x in range(start, stop):
         for y in range(height):
             prefix[y + 1, 0] = prefix[y, 0] + sums[y, x, 0]
             prefix[y + 1, 1] = prefix[y, 1] + sums[y, x, 1]
             prefix[y + 1, 2] = prefix[y, 2] + sums[y, x, 0] * y
-            line[y], before[y] = whole[y, x], out[y, x]
+            before[y] = out[y, x]
         for y in range(height):
             out[y, x] = np.float32(-1)
-            if line[y] < 0:
+            if whole[y, x] < 0:
                 continue
-            low, high = _arms(line, y, arm)
+            low, high = y - np.int64(arms[0, y, x]), y + 1 + np.int64(arms[1, y, x])
             weight, moment = prefix[high, 0] - prefix[low, 0], prefix[high, 1] - prefix[low, 1]
             # Nothing to see is less than any threshold, zero too.
             if weight < least or weight <= 0:
                 continue
             off = prefix[high, 2] - prefix[low, 2] - weight * y
             value = (moment - off * _tilt(before, low, high)) / weight
-            value = min(max(value, line[y] - 1.0, 0.0), line[y] + 1.0)
+            value = min(max(value, whole[y, x] - 1.0, 0.0), whole[y, x] + 1.0)
             out[y, x] = np.float32(np.floor(value * STEPS + 0.5) / STEPS)

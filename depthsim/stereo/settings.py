@@ -11,6 +11,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
 from depthsim.errors import InputError
+from depthsim.stereo import presets
 from depthsim.yamlfile import validate
 
 SENSOR = "active_stereo"
@@ -99,7 +100,11 @@ class Imager(_Part):
 class MatcherSettings(_Part):
     """How disparity is found; the D4 chip has the same steps (librealsense, advanced mode), its numbers are its own."""
 
+    preset: presets.Name = Field(default="default", description="of the D400s; sets what is not set beside it")
     disparities: int = Field(default=126, ge=8, le=512, description="searched, from 0 [px]")
+    least_disparity: FiniteFloat = Field(
+        default=1.0, ge=0, le=64, description="what is less is no match but an end of the search [px]"
+    )
     tolerance: FiniteFloat = Field(
         default=1.5, ge=0, le=20, description="two pixels differ if by more than this x the noise"
     )
@@ -108,13 +113,21 @@ class MatcherSettings(_Part):
     )
     window: tuple[int, int] = Field(default=(7, 5), description="costs are added over, across and down [px]; odd")
     small_step: int = Field(
-        default=20, ge=0, le=200, description="P1: a change of 1 px along a path, cost a window pixel"
+        default=25, ge=0, le=200, description="P1: a change of 1 px along a path, cost a window pixel"
     )
-    large_step: int = Field(default=100, ge=0, le=400, description="P2: a larger change, cost a window pixel")
-    uniqueness: FiniteFloat = Field(
-        default=0.02, ge=0, lt=1, description="by how much the best beats all but its neighbours"
+    large_step: int = Field(
+        default=104, ge=0, le=400, description="P2: a larger change, cost a window pixel; a byte holds 116"
     )
-    left_right: FiniteFloat = Field(default=1.0, ge=0, le=64, description="most that left and right may differ [px]")
+    second_peak: FiniteFloat = Field(
+        default=0.22, ge=0, le=10, description="share by which the best beats all but its neighbours, to be firm"
+    )
+    left_right: FiniteFloat = Field(default=1.5, ge=0, le=64, description="most that left and right may differ [px]")
+    neighbours: FiniteFloat = Field(default=0.5, ge=0, le=1, description="share of the neighbourhood that is firm")
+    neighbourhood: tuple[int, int] = Field(default=(21, 9), description="across and down [px]; odd")
+    median: FiniteFloat = Field(
+        default=0.2, ge=0, le=4, description="how far the quantile of all costs is above the best, share of census bits"
+    )
+    quantile: FiniteFloat = Field(default=0.5, ge=0, le=1, description="which quantile")
     torn_reach: int = Field(
         default=4, ge=0, le=32, description="beside a jump, pixels that fit both sides are dropped [px]"
     )
@@ -130,14 +143,19 @@ class MatcherSettings(_Part):
     speckle_size: int = Field(default=60, ge=0, le=100_000, description="smaller patches are dropped [px]")
     speckle_step: FiniteFloat = Field(default=1.0, ge=0, le=64, description="most change within a patch [px]")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _preset_is_filled_in(cls, values: Any) -> Any:
+        name = values.get("preset", "default") if isinstance(values, dict) else None
+        return presets.thresholds(name) | values if name in presets.CHIP else values
+
     @model_validator(mode="after")
     def _sizes_are_odd(self) -> "MatcherSettings":
-        for name in ("window", "support"):
+        for name in ("window", "support", "neighbourhood"):
             if not all(size % 2 == 1 and 1 <= size <= 63 for size in getattr(self, name)):
                 raise ValueError(f"{name} must be two odd numbers from 1 to 63")
-        cost = self.window[0] * self.window[1] * (62 + self.large_step)
-        if 5 * cost > 32767:
-            raise ValueError("window and large_step are too large together: costs must fit in 16 bits")
+        if self.window[0] * self.window[1] > 1000:
+            raise ValueError("window is too large: its costs must fit in 16 bits")
         return self
 
 

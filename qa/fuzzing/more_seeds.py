@@ -250,7 +250,7 @@ def materials(folder: Path) -> None:
 def matcher(folder: Path) -> None:
     """What a matcher should do differently."""
     (folder / "settings.yaml").write_text(
-        yaml.safe_dump({"window": [7, 5], "disparities": 64, "uniqueness": 0.05, "steps": 2})
+        yaml.safe_dump({"window": [7, 5], "disparities": 64, "preset": "high_density", "second_peak": 0.05, "steps": 2})
     )
 
 

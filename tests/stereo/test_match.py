@@ -65,6 +65,26 @@ def test_settings_are_taken_from_a_file(pair: Path) -> None:
     assert (depth[depth > 0] > 1000 * CAMERA.focal_baseline / 13).all()
 
 
+def test_a_preset_is_named_in_a_flag_or_in_the_file(pair: Path) -> None:
+    (pair / "how.yaml").write_text("preset: high_accuracy\n")
+    match(pair, "--settings", str(pair / "how.yaml"))
+    by_file = decode_png(pair / "depth.png")
+    match(pair, "--preset", "high_accuracy")
+    assert (decode_png(pair / "depth.png") == by_file).all()
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [(("--preset", "best"), "best: is no preset; name one of default, high_accuracy"),
+     (("--preset", "high_accuracy", "--settings", "how.yaml"), "stands beside --settings; write preset")],
+)  # fmt: skip
+def test_a_preset_that_cannot_be_is_one_line(pair: Path, more: tuple[str, ...], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        match(pair, *more)
+    assert message in str(caught.value)
+    assert not (pair / "depth.png").exists()
+
+
 FAULTS: dict[str, tuple[Callable[[Path], dict[str, str]], str]] = {}
 
 

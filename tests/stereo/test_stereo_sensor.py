@@ -60,12 +60,12 @@ def errors(seen: Measurement, eye: Camera = CAMERA) -> np.ndarray:
     return eye.focal_baseline / seen.depth[inner][valid] - eye.focal_baseline / seen.clean.depth[inner][valid]
 
 
-@pytest.mark.parametrize("distance", [0.4, 0.8, 1.6])
+@pytest.mark.parametrize("distance", [0.4, 0.8, 1.6, 3.1])
 def test_a_wall_has_noise_of_some_hundredths_of_a_pixel(distance: float) -> None:
     seen = measure(facing(distance))
     error = errors(seen)
     assert error.size > 0.98 * (170 * 235)
-    assert abs(error.mean()) < 0.03
+    assert abs(error.mean()) < 0.02
     assert 0.02 < error.std() < 0.1
 
 
@@ -74,7 +74,7 @@ def test_a_wall_has_noise_of_some_hundredths_of_a_pixel(distance: float) -> None
 def test_no_fraction_of_a_disparity_is_preferred(size: tuple[int, int], fraction: float) -> None:
     eye = preset("d435", *size)
     seen = measure(facing(eye.focal_baseline / (13 + fraction)), eye)
-    assert abs(errors(seen, eye).mean()) < 0.03
+    assert abs(errors(seen, eye).mean()) < 0.02
 
 
 def test_depth_is_in_steps_of_a_32nd_of_disparity() -> None:
@@ -112,18 +112,24 @@ def test_a_plate_has_a_shadow_on_its_left() -> None:
 def test_what_gives_no_light_back_gives_no_depth() -> None:
     holes = {
         name: (measure(facing(distance, tag), light=NIGHT).depth_raw[:, 70:] == 0).mean()
-        for name, distance, tag in (("near", 1.0, "grey"), ("far", 150.0, "grey"), ("black", 8.0, "black"))
+        for name, distance, tag in (("near", 1.0, "grey"), ("far", 20.0, "grey"), ("black", 6.0, "black"))
     }
     assert holes["near"] < 0.02
     assert holes["far"] > 0.9
     assert holes["black"] > 0.9
 
 
+def test_nothing_is_farther_than_a_disparity_of_one_pixel() -> None:
+    for distance in (10.0, 40.0, 150.0):
+        depth = measure(facing(distance), light=NIGHT).depth
+        assert depth.max() <= CAMERA.focal_baseline * 1.001
+
+
 def test_a_mirror_has_more_holes_than_a_wall() -> None:
     holes = [(measure(facing(1.5, tag)).depth_raw[:, 70:] == 0).mean() for tag in ("grey", "mirror")]
     assert holes[0] < 0.01
     # In the glare alone: beside it the projector's dots are seen on a surface that scatters 1 % of them, too.
-    assert holes[1] > 0.02
+    assert holes[1] > 0.03
 
 
 def test_a_dimmer_projector_makes_more_noise() -> None:
@@ -161,7 +167,7 @@ def test_buffers_are_taken_again() -> None:
 def test_a_distorted_camera_gets_the_depth_along_its_own_rays() -> None:
     bent = camera(320, 200, 300.0, model="brown_conrady", distortion=(-0.1, 0.02, 0.001, 0.0, 0.0))
     slanted = as_scene(quad((-3, -3, 0.7), (6, 0, 0.9), (0, 6, 0)), tags=["grey"])
-    assert np.abs(np.median(errors(measure(slanted, bent), bent))) < 0.1
+    assert np.abs(np.median(errors(measure(slanted, bent), bent))) < 0.03
 
 
 def test_effects_may_follow() -> None:
@@ -224,7 +230,7 @@ def test_the_profile_that_comes_with_depthsim_matches_images() -> None:
         ("{sensor: active_stereo, light: {moon: 1}}", "camera.light.moon: "),
         ("{sensor: active_stereo, light: {sun_direction: [0, 0, 0]}}", "sun_direction has no length"),
         ("{sensor: active_stereo, matcher: {window: [4, 3]}}", "window must be two odd numbers"),
-        ("{sensor: active_stereo, matcher: {window: [31, 31]}}", "must fit in 16 bits"),
+        ("{sensor: active_stereo, matcher: {window: [41, 31]}}", "must fit in 16 bits"),
         ("{sensor: active_stereo, imager: {exposure: -1.0}}", "exposure must be auto or"),
         ("{sensor: active_stereo, projector: {field: [200, 57]}}", "field must be two angles"),
         ("{sensor: active_stereo, projector: 3}", "camera.projector: "),
