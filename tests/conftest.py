@@ -20,3 +20,6 @@ def _digest() -> str:
 # numba asks only whether the file of a cached kernel has changed, and not those of the functions that the kernel calls
 # (draws.py, llvm.py). With a cache for every state of the code the tests never see a kernel of yesterday.
 os.environ.setdefault("NUMBA_CACHE_DIR", str(_ROOT / ".pytest_cache" / "numba" / _digest()))
+
+# As the command line does, and before numpy is imported: the kernels have the cores.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -88,8 +88,8 @@ def start(
         there = roots(candidate.build(base, x))
         tries.append(Model((candidate,), x, loss(target, there)))
         done = there - here
-        size = float(done @ done)
-        gains.append(float(done @ (target - here)) ** 2 / size if size > 0 else np.inf)
+        size, toward = float((done * done).sum()), float((done * (target - here)).sum())  # no BLAS, see refine
+        gains.append(toward**2 / size if size > 0 else np.inf)
     return min(tries, key=lambda model: model.loss), max(gains)
 
 
