@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from depthsim.runs.png import decode_png
 from depthsim.trajectory.poses import GAP, TOLERANCE, Trajectory
 from depthsim.trajectory.tum import read_tum
 from depthsim.yamlfile import beside, read_mapping, read_text
+
+if TYPE_CHECKING:
+    from depthsim.runs.objects import RunInstance
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +119,7 @@ class Run:
         return tuple(map(str, tags))
 
     def has(self, stream: str) -> bool:
-        """Whether every frame has its picture in ``stream``: depth, clean, material, normal, mask or rgb."""
+        """Whether every frame has its picture in ``stream``: depth, clean, material, normal, instance, mask or rgb."""
         return all(self._file(stream, index) is not None for index in range(len(self)))
 
     def depth_raw(self, index: int) -> NDArray[np.uint16]:
@@ -139,6 +142,18 @@ class Run:
     def material(self, index: int) -> NDArray[np.uint8] | None:
         """(height, width) places in :attr:`tags`; 255 where nothing was hit."""
         return self._bytes("material", index, "8-bit grey", (2,))
+
+    def instance(self, index: int) -> NDArray[np.uint16] | None:
+        """(height, width) numbers of objects in :attr:`instances`; 0 where nothing was hit."""
+        file = self._file("instance", index)
+        return None if file is None else self._depth(file, "the numbers of objects")
+
+    @cached_property
+    def instances(self) -> "dict[int, RunInstance]":
+        """The objects of instances.yaml by their numbers; none without it."""
+        from depthsim.runs.objects import read_instances
+
+        return read_instances(self.path)
 
     def normal(self, index: int) -> NDArray[np.float32] | None:
         """(height, width, 3) unit normals in the world; zero where nothing was hit."""
@@ -180,10 +195,10 @@ class Run:
             raise InputError(file, "", f"is {size}, the camera is {wanted}", f"correct the file or {layout.CAMERA}")
         return picture
 
-    def _depth(self, file: Path) -> NDArray[np.uint16]:
+    def _depth(self, file: Path, what: str = "depth") -> NDArray[np.uint16]:
         picture = self._picture(file)
         if picture.dtype != np.uint16 or picture.ndim != 2:
-            raise InputError(file, "", f"is {_kind(picture)}, not 16-bit grey", "write depth as a 16-bit grey PNG")
+            raise InputError(file, "", f"is {_kind(picture)}, not 16-bit grey", f"write {what} as a 16-bit grey PNG")
         return picture.astype(np.uint16, copy=False)
 
     def _bytes(self, stream: str, index: int, kind: str, dimensions: tuple[int, ...]) -> NDArray[np.uint8] | None:

@@ -1,5 +1,6 @@
 """Where the camera is at any time, for the effects that ask: stamps that are off, rows one after another, motion."""
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -74,7 +75,14 @@ class Motion:
 
     def speeds(self, stamp: float, step: float = 5e-3) -> tuple[float, float]:
         """Linear speed [m/s] and angular speed [rad/s] at ``stamp``, by the difference over two ``step``s [s]."""
-        first, last = self.at([stamp - step, stamp + step])
-        turn = (np.trace(first[:3, :3].T @ last[:3, :3]) - 1) / 2
-        linear = float(np.linalg.norm(last[:3, 3] - first[:3, 3])) / (2 * step)
-        return linear, float(np.arccos(np.clip(turn, -1, 1))) / (2 * step)
+        return speeds_between(self.at, stamp, step)
+
+
+def speeds_between(
+    at: Callable[[ArrayLike], NDArray[np.float64]], stamp: float, step: float = 5e-3
+) -> tuple[float, float]:
+    """The speeds of :meth:`Motion.speeds` of what has the poses ``at``."""
+    first, last = at([stamp - step, stamp + step])
+    turn = (np.trace(first[:3, :3].T @ last[:3, :3]) - 1) / 2
+    linear = float(np.linalg.norm(last[:3, 3] - first[:3, 3])) / (2 * step)
+    return linear, float(np.arccos(np.clip(turn, -1, 1))) / (2 * step)

@@ -12,6 +12,7 @@ import numpy as np
 from depthsim.kernels import kernel
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
+from depthsim.sensor.posed import seen_from_objects
 
 _f = np.float32
 _LEAST_COSINE = _f(0.1)
@@ -207,7 +208,10 @@ class VignettingNoise(Effect):
 
 
 class MotionNoise(Effect):
-    """std = sigma · (ω + v / Z), camera turning at ω and moving at v: the image blurs over the exposure."""
+    """std = sigma · (ω + v / Z), camera turning at ω and moving at v: the image blurs over the exposure.
+
+    On an object that moves, ω and v are those of the camera as seen from it.
+    """
 
     id: ClassVar[str] = "motion_noise"
     stage: ClassVar[Stage] = Stage.NOISE
@@ -240,11 +244,23 @@ class MotionNoise(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Add the variance of the noise."""
-        speed, turning = frame.motion.speeds(frame.stamp)
-        clean = frame.geometry.depth.reshape(-1)
-        if self.sigma:
-            stds = _f(self.sigma * turning), _f(self.sigma * speed)
-            frame.run(_add_by_motion, *stds, clean, frame.noise_variance.reshape(-1))
-        if self.gain:
-            gains = _f(self.gain * turning), _f(self.gain * speed)
-            frame.run(_gain_by_motion, *gains, clean, frame.noise_gain.reshape(-1))
+        speeds, clean = frame.motion.speeds(frame.stamp), frame.geometry.depth.reshape(-1)
+        objects = seen_from_objects(frame.scene, frame.geometry.face.reshape(-1), frame.motion)
+        for size, grow, picture in (
+            (self.sigma, _add_by_motion, lambda: frame.noise_variance),
+            (self.gain, _gain_by_motion, lambda: frame.noise_gain),
+        ):
+            if not size:
+                continue
+            values = picture().reshape(-1)
+            before = [values[pixels] for pixels, _ in objects]
+            frame.run(grow, *_by_speed(size, speeds), clean, values)
+            for own, (pixels, relative) in zip(before, objects, strict=True):
+                grow(0, len(own), *_by_speed(size, relative), clean[pixels], own)
+                values[pixels] = own
+
+
+def _by_speed(size: float, speeds: tuple[float, float]) -> tuple[np.float32, np.float32]:
+    """What is asked of turning, and of moving past what is 1 m away."""
+    linear, turning = speeds
+    return _f(size * turning), _f(size * linear)
