@@ -34,7 +34,7 @@ class Mover:
     path: its poses in its parent's frame, or in the world; None for the identity. Before and after, it is held there,
     or begins anew if it is ``repeated``.
     parent: the place of its parent among the scene's movers, which is before its own; None for the world.
-    begin: the stamp at which ``path`` is at 0 s; None where that is ``delay`` [s] after a run's first frame, which is
+    begin: the stamp at which ``path`` begins; None where that is ``delay`` [s] after a run's first frame, which is
     taken to be at 0 until it is known.
     spec: the keys of ``moves:`` in a scene file, but for ``start`` and ``stamp``.
     """
@@ -44,14 +44,14 @@ class Mover:
     vertices: tuple[int, int]
     path: Trajectory | None = None
     parent: int | None = None
-    begin: float | None = 0.0
+    begin: float | None = None
     repeated: bool = False
     spec: dict[str, Any] = field(default_factory=dict)
     delay: float = 0.0
 
     @property
     def zero(self) -> float:
-        """The stamp at which ``path`` is at 0 s, as far as it is known."""
+        """The stamp at which ``path`` begins, as far as it is known."""
         return self.delay if self.begin is None else self.begin
 
     def between(self, stamps: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats]:
@@ -60,7 +60,8 @@ class Mover:
         if path is None or len(path) == 1:
             none = np.zeros(len(stamps), np.int64)
             return none, none, np.zeros(len(stamps))
-        time, first, last = stamps - self.zero, path.stamps[0], path.stamps[-1]
+        first, last = path.stamps[0], path.stamps[-1]
+        time = stamps if self.zero == first else stamps - self.zero + first
         if self.repeated and last > first:
             time = first + np.mod(time - first, last - first)
         time = np.minimum(np.maximum(time, first), last)
@@ -74,14 +75,17 @@ class Mover:
         if self.path is None or self.repeated or len(self.path) == 1:
             return 0.0
         first, last = float(np.min(stamps)), float(np.max(stamps))
-        begin, end = (float(t) + self.zero for t in (self.path.stamps[0], self.path.stamps[-1]))
+        begin, end = self.zero, self.zero + self.path.duration
         covered = max(min(last, end) - max(first, begin), 0.0)
         return last - first - covered
 
 
 def started(movers: Sequence[Mover], stamp: float) -> tuple[Mover, ...]:
     """The movers of a run whose first frame is at ``stamp`` [s]."""
-    return tuple(replace(mover, begin=stamp + mover.delay) if mover.begin is None else mover for mover in movers)
+    return tuple(
+        replace(mover, begin=stamp + mover.delay) if mover.begin is None and mover.path is not None else mover
+        for mover in movers
+    )
 
 
 def tracks(movers: Sequence[Mover], stamps: ArrayLike) -> list[tuple[Floats, Floats]]:

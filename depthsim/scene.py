@@ -65,7 +65,7 @@ class Scene:
             digest.update(np.ascontiguousarray(array).data)
         for mover in self.movers:
             digest.update(
-                repr((mover.name, mover.faces, mover.parent, mover.begin, mover.delay, mover.repeated)).encode()
+                repr((mover.name, mover.faces, mover.parent, mover.begin is None, mover.zero, mover.repeated)).encode()
             )
             path = mover.path
             for array in () if path is None else (path.stamps, path.positions, path.quaternions):

@@ -45,7 +45,7 @@ class EmbreexScene:
         """Fill ``out``; the arguments are those of the kernel. objects: (1 or H, objects, 3, 4) object to world."""
         height, width = camera.shape
         where = np.broadcast_to(objects.swapaxes(0, 1)[:, :, None], (objects.shape[1], height, width, 3, 4))
-        where = where.reshape(objects.shape[1], -1, 3, 4)
+        where = where.reshape(objects.shape[1], height * width, 3, 4)
         rotation = np.broadcast_to(pose[:, :9].reshape(-1, 1, 3, 3), (height, width, 3, 3))
         origin = np.ascontiguousarray(np.broadcast_to(pose[:, None, 9:], (height, width, 3))).reshape(-1, 3)
         directions = np.stack([rays[0], rays[1], np.ones_like(rays[0])], axis=-1)

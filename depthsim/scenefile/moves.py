@@ -97,10 +97,8 @@ def read_moves(value: dict[str, Any], file: Path, place: str) -> Moves:
         if not isinstance(found, Trajectory):
             return Moves(_as_body(_sampled(found, file, place)), when.stamp, when.repeat, kept, delay)
         path = found
-    first = float(path.stamps[0])
-    if when.start is not None:
-        return Moves(path, None, when.repeat, kept, when.start - first)
-    return Moves(path, 0.0 if when.stamp is None else when.stamp - first, when.repeat, kept)
+    begin = when.stamp if when.stamp is not None or when.start is not None else float(path.stamps[0])
+    return Moves(path, begin, when.repeat, kept, delay)
 
 
 def _sampled(motion: Motion, file: Path, place: str) -> Trajectory:

@@ -76,13 +76,11 @@ def mesh_files(scene: Scene) -> dict[str, bytes]:
 def _moves(mover: Mover) -> dict[str, Any]:
     """The `moves:` of an object whose run may have begun."""
     assert mover.path is not None
-    shape = bool(mover.spec.get("shape"))
-    first = 0.0 if shape else float(mover.path.stamps[0])
-    when: dict[str, Any] = {"stamp": mover.zero + first} if mover.begin is not None else {"start": mover.delay + first}
-    if not shape and mover.begin == 0:
-        when = {}
-    if shape:
+    when = {"start": mover.delay} if mover.begin is None else {"stamp": mover.begin}
+    if not _is_free(mover):
         return {**mover.spec, **when}
+    if mover.begin == float(mover.path.stamps[0]):
+        when = {}
     return {"file": f"{OBJECTS}/{mover.name}{MOTION}", **({"repeat": True} if mover.repeated else {}), **when}
 
 

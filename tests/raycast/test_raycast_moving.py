@@ -30,7 +30,7 @@ def moving_scene(seed: int = 0, count: int = 3) -> Scene:
         turns /= np.linalg.norm(turns, axis=1, keepdims=True)
         path = Trajectory([0.0, 0.5, 1.0], rng.uniform(-0.7, 0.7, (3, 3)), turns)
         own = (f, f + len(faces)), (v, v + len(vertices))
-        movers.append(Mover(f"thing_{k}", *own, path, parent=k - 1 if k == 2 else None))
+        movers.append(Mover(f"thing_{k}", *own, path, parent=k - 1 if k == 2 else None, begin=0.0))
         v, f = own[1][1], own[0][1]
     return replace(rest, movers=tuple(movers))
 
