@@ -1,6 +1,5 @@
 """The objects of a run: instances.yaml, what their numbers in instance/ mean, and objects/NAME.txt, where they were."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -107,10 +106,3 @@ def _is_inside(caster: Caster, place: NDArray[np.float64]) -> bool:
     along = np.stack([rays, rays @ behind[:3, :3].T.astype(np.float32)])
     toward = np.sum(met.normals(caster.scene) * along, axis=-1)[met.hit]
     return bool(toward.size and np.mean(toward > 0) > 0.5)
-
-
-def check_known(names: Mapping[str, Any] | tuple[str, ...], wanted: tuple[str, ...], file: Path) -> None:
-    """Raise :class:`InputError` for an object that is none of ``names``."""
-    for name in wanted:
-        if name not in names:
-            raise InputError(file, "", f"has no object {name[:80]!r}", f"the objects are {', '.join(names)[:300]}")

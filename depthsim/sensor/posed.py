@@ -50,12 +50,12 @@ def seen_from_objects(
     whose = mover_of_face(movers, face)
     found = []
     for number in np.unique(whose[whose >= 0]):
-        at = _beside(movers, int(number), motion)
+        at = beside(movers, int(number), motion)
         found.append((np.flatnonzero(whose == number), speeds_between(at, surfaces.stamp)))
     return found
 
 
-def _beside(movers: tuple[Mover, ...], number: int, motion: Motion) -> Callable[[ArrayLike], NDArray[np.float64]]:
+def beside(movers: tuple[Mover, ...], number: int, motion: Motion) -> Callable[[ArrayLike], NDArray[np.float64]]:
     """The camera's poses in the frame of an object."""
 
     def at(stamps: ArrayLike) -> NDArray[np.float64]:

@@ -23,9 +23,11 @@ def load_evidence(
     materials: str | Path | Materials | None = None,
     threads: int | None = None,
     config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
+    objects: Sequence[str] = (),
+    without_objects: Sequence[str] = (),
 ) -> tuple[Evidence, Profile]:
     """The recording as it is looked at, and the profile of the simulator; see :func:`depthsim.gap.diagnose`."""
-    opened, known = open_run(run), load_materials(materials)
+    opened, known = open_run(run).looking_at(objects, without_objects), load_materials(materials)
     profile = _profile(opened, sensor)
     place = _scene(opened, scene, known)
     return Evidence(opened, place, known, profile.effects, threads, config=config), profile
@@ -64,4 +66,4 @@ def _scene(run: Run, scene: str | Path | Scene | None, materials: Materials) -> 
     found = scene if scene is not None else run.scene
     if found is None:
         raise InputError(run.path, "", "holds no scene", "put scene.obj or scene.yaml there, or give `scene`")
-    return load_scene(found, materials=materials)
+    return load_scene(found, materials=materials).started(float(run.stamps[0]))
