@@ -148,14 +148,8 @@ class _Episode:
     @classmethod
     def of(cls, run: Run) -> "_Episode":
         camera, height, width = run.camera, run.camera.height, run.camera.width
-        about: dict[str, Any] = {
-            "is_depth_map": False,
-            "fx": camera.fx,
-            "fy": camera.fy,
-            "cx": camera.cx,
-            "cy": camera.cy,
-        }
-        about |= {"distortion": list(camera.distortion), "baseline": camera.baseline}
+        about: dict[str, Any] = {name: getattr(camera, name) for name in ("fx", "fy", "cx", "cy", "baseline")}
+        about |= {"distortion": list(camera.distortion), "is_depth_map": False}
 
         def image(channels: int, **info: Any) -> dict[str, Any]:
             names = ["height", "width", "channels"]
@@ -259,7 +253,8 @@ def _schema(features: dict[str, dict[str, Any]]) -> Any:
     """The columns as Arrow has them, with what `datasets` wants to know of them."""
     import pyarrow as pa
 
-    fields, known = [], {}
+    fields: list[Any] = []
+    known: dict[str, dict[str, Any]] = {}
     for key, feature in features.items():
         kind, size = feature["dtype"], feature["shape"][0]
         if kind == "image":
@@ -299,25 +294,10 @@ def _write_meta(
     (meta / "stats.json").write_text(json.dumps(stats, indent=4))
     pq.write_table(pa.Table.from_pylist(episodes), meta / "episodes" / "chunk-000" / "file-000.parquet")
     # The loader finds the text of a task in the index of a pandas table.
-    text: dict[str, Any] = {
-        "field_name": "task",
-        "name": "task",
-        "pandas_type": "unicode",
-        "numpy_type": "object",
-        "metadata": None,
-    }
-    number: dict[str, Any] = {
-        **text,
-        "field_name": "task_index",
-        "name": "task_index",
-        "pandas_type": "int64",
-        "numpy_type": "int64",
-    }
-    pandas: dict[str, Any] = {
-        "index_columns": ["task"],
-        "column_indexes": [],
-        "columns": [number, text],
-        "pandas_version": "2.0.0",
-    }
+    columns = [
+        {"field_name": name, "name": name, "pandas_type": kind, "numpy_type": of, "metadata": None}
+        for name, kind, of in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
+    ]
+    pandas = {"index_columns": ["task"], "column_indexes": [], "columns": columns, "pandas_version": "2.0.0"}
     table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), "task": tasks})
     pq.write_table(table.replace_schema_metadata({"pandas": json.dumps(pandas)}), meta / "tasks.parquet")
