@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from depthsim.camera import Camera
 from depthsim.cli import app
 from depthsim.errors import InputError
+from depthsim.flight.contact import first_contact
 from depthsim.moving import poses
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
@@ -180,6 +181,13 @@ def test_a_texture_goes_along_with_its_object(scene: Scene, tmp_path: Path) -> N
     assert inner.sum() > 100
     assert np.abs(first[v, u][inner].astype(int) - second[v, u - 20][inner]).max() <= 2
     assert first[v, u][inner].std() > 1  # there is a texture
+
+
+def test_a_flight_does_not_touch_what_moves(scene: Scene) -> None:
+    """Its vertices are in its own frame, about the origin, where the flight begins."""
+    positions = np.linspace([-1, 0, 0], [2.5, 0, 0], 8)
+    assert first_contact(scene, np.arange(8) / 10, positions, 0.2) is None
+    assert first_contact(scene.at(0.25), np.arange(8) / 10, positions, 0.2) is not None
 
 
 def test_a_sweep_makes_and_mends_runs_with_objects(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from depthsim.cli import app
 from depthsim.errors import InputError
-from depthsim.gap.depth.data.load import load_evidence
+from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.data.regions import region_name, split_scene
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
@@ -89,6 +89,7 @@ def test_a_mask_leaves_out_what_is_named(run: Path) -> None:
     assert np.array_equal(without, shown != 2)
     assert recorded.looking_at() is recorded
     evidence, _ = load_evidence(run, None, "paper", threads=1, without_objects=["parcel"])
+    assert "left out, by instance/: parcel" in notes_of(evidence)
     number = next(n for n, axis in enumerate(evidence.axes) if axis.name == "instance")
     begin, end = int(evidence.offsets[number]), int(evidence.offsets[number + 1])
     counts = evidence.real_counts(range(len(evidence.blocks)))[:, begin:end].sum(axis=0).reshape(2, -1)

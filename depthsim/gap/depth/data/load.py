@@ -43,6 +43,9 @@ def notes_of(evidence: Evidence) -> tuple[str, ...]:
             f"of each frame {evidence.rows} of its {evidence.camera.height} rows were looked at, in bands, other rows "
             "in every block"
         )
+    if evidence.run.left_out:
+        names = [one.name for number, one in evidence.run.instances.items() if number in evidence.run.left_out]
+        notes.append(f"left out, by instance/: {', '.join(names)}")
     poses = evidence.run.poses
     if len(poses) > 1 and np.abs(poses - poses[0]).max() < 1e-6:
         notes.append("the camera stands still: errors of pose, time and motion cannot be seen")
