@@ -36,7 +36,7 @@ class Mover:
     parent: the place of its parent among the scene's movers, which is before its own; None for the world.
     begin: the stamp at which ``path`` begins; None where that is ``delay`` [s] after a run's first frame, which is
     taken to be at 0 until it is known.
-    spec: the keys of ``moves:`` in a scene file, but for ``start`` and ``stamp``.
+    spec: the keys of ``moves:`` in a scene file, but for ``begin`` and ``stamp``.
     """
 
     name: str

@@ -51,14 +51,14 @@ class _When(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    start: FiniteFloat | None = Field(None, description="after the run's first frame [s]")
+    begin: FiniteFloat | None = Field(None, description="after the run's first frame [s]")
     stamp: FiniteFloat | None = Field(None, description="the same, as a stamp of the run [s]")
     repeat: bool = False
 
     @model_validator(mode="after")
     def _one_begin(self) -> "_When":
-        if self.start is not None and self.stamp is not None:
-            raise ValueError("start and stamp are both given: keep one of them")
+        if self.begin is not None and self.stamp is not None:
+            raise ValueError("begin and stamp are both given: keep one of them")
         return self
 
 
@@ -77,27 +77,27 @@ def read_moves(value: dict[str, Any], file: Path, place: str) -> Moves:
     """The `moves:` of a mesh.
 
     A shape makes poses of x forward, y left, z up. `file:` is a TUM file of the object's own poses, `run:` a run or
-    flight whose body or camera goes before. A shape begins with the run's first frame, `start` [s] after it, or at
+    flight whose body or camera goes before. A shape begins with the run's first frame, `begin` [s] after it, or at
     `stamp` [s]; so does what is recorded, or else its stamps are the run's. Raises :class:`InputError`.
     """
-    when = validate(_When, {key: value[key] for key in ("start", "stamp", "repeat") if key in value}, file, place)
-    spec = {key: item for key, item in value.items() if key not in ("start", "stamp", "repeat")}
+    when = validate(_When, {key: value[key] for key in ("begin", "stamp", "repeat") if key in value}, file, place)
+    spec = {key: item for key, item in value.items() if key not in ("begin", "stamp", "repeat")}
     kept = {**spec, **({"repeat": True} if when.repeat else {})}
-    delay = when.start or 0.0
+    delay = when.begin or 0.0
     if "run" in spec:
         path = _of_run(spec, file, place)
-    elif spec.get("shape") == "swing":
+    elif (shape := str(spec.get("shape"))) == "swing":
         return Moves(_sampled(validate(Swing, spec, file, place), file, place), when.stamp, True, kept, delay)
     else:
-        if "file" not in spec and spec.get("shape") not in SHAPES:
+        if "file" not in spec and shape not in SHAPES:
             known = f"give `shape:` ({', '.join((*SHAPES, 'swing'))}), `file:` or `run:`"
-            problem = f"shape is {spec['shape']!r}" if "shape" in spec else "says no way to move"
+            problem = f"shape is {shape[:80]!r}" if "shape" in spec else "says no way to move"
             raise InputError(file, place, problem, known)
         found = parse_spec(spec, file, place)
         if not isinstance(found, Trajectory):
             return Moves(_as_body(_sampled(found, file, place)), when.stamp, when.repeat, kept, delay)
         path = found
-    begin = when.stamp if when.stamp is not None or when.start is not None else float(path.stamps[0])
+    begin = when.stamp if when.stamp is not None or when.begin is not None else float(path.stamps[0])
     return Moves(path, begin, when.repeat, kept, delay)
 
 

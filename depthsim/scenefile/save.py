@@ -76,7 +76,7 @@ def mesh_files(scene: Scene) -> dict[str, bytes]:
 def _moves(mover: Mover) -> dict[str, Any]:
     """The `moves:` of an object whose run may have begun."""
     assert mover.path is not None
-    when = {"start": mover.delay} if mover.begin is None else {"stamp": mover.begin}
+    when = {"begin": mover.delay} if mover.begin is None else {"stamp": mover.begin}
     if not _is_free(mover):
         return {**mover.spec, **when}
     if mover.begin == float(mover.path.stamps[0]):

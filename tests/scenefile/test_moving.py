@@ -47,10 +47,10 @@ def test_an_object_goes_along_its_path_and_looks_ahead(tmp_path: Path) -> None:
     assert scene.instance_of_face[first + 1] == 2 and scene.instance_of_face[0] == 0
 
 
-def test_start_stamp_and_repeat(tmp_path: Path) -> None:
+def test_begin_stamp_and_repeat(tmp_path: Path) -> None:
     paths = {
         "plain": line([0, 0, 0], [4, 0, 0]),
-        "later": line([0, 0, 0], [4, 0, 0], start=1.0),
+        "later": line([0, 0, 0], [4, 0, 0], begin=1.0),
         "fixed": line([0, 0, 0], [4, 0, 0], stamp=101.0),
         "again": line([0, 0, 0], [4, 0, 0], repeat=True),
     }
@@ -63,7 +63,7 @@ def test_recorded_poses_keep_their_stamps_unless_told(tmp_path: Path) -> None:
     turn = np.array([[0, 0, 0, 1.0], [0, 0, np.sqrt(0.5), np.sqrt(0.5)]])
     write_tum(Trajectory([50.0, 52.0], [[0, 0, 0], [2, 0, 0]], turn), tmp_path / "poses.txt")
     scene = scene_of(
-        tmp_path, WALL, drone("own", {"file": "poses.txt"}), drone("moved", {"file": "poses.txt", "start": 1.0})
+        tmp_path, WALL, drone("own", {"file": "poses.txt"}), drone("moved", {"file": "poses.txt", "begin": 1.0})
     ).started(100.0)
     found = poses(scene.movers, [51.0, 102.0])
     assert np.allclose(found[..., 0, 3], [[1.0, 0.0], [2.0, 1.0]])
@@ -106,7 +106,7 @@ def test_a_child_goes_along_and_a_door_swings(tmp_path: Path) -> None:
 def test_a_saved_scene_is_the_same_scene(s: float, again: bool, k: int) -> None:
     folder = Path(tempfile.mkdtemp())
     write_tum(Trajectory([0.5, 1.5], [[0, 0, 0], [s, 0, 0]], [[0, 0, 0, 1.0]] * 2), folder / "poses.txt")
-    when: dict = ({}, {"start": s}, {"stamp": s})[k]
+    when: dict = ({}, {"begin": s}, {"stamp": s})[k]
     scene = scene_of(
         folder, WALL, {**WALL, "name": "other", "translate": [0, 0, 3]}, drone("a", {"file": "poses.txt", **when}),
         drone("b", line([0, 0, 0], [1, 1, 0], repeat=again, **when)), drone("c", parent="b"),
@@ -132,8 +132,9 @@ def test_a_scene_of_one_mesh_is_saved_as_ever(tmp_path: Path) -> None:
     ("meshes", "reported"),
     [
         ([drone("a", {"shape": "orbit"})], "meshes.1.moves: shape is 'orbit'; give `shape:`"),
+        ([drone("a", {"shape": [1]})], "meshes.1.moves: shape is '[1]'"),
         ([drone("a", {"speed": 1})], "meshes.1.moves: says no way to move"),
-        ([drone("a", line([0, 0, 0], [1, 0, 0], start=1, stamp=2))], "start and stamp are both given"),
+        ([drone("a", line([0, 0, 0], [1, 0, 0], begin=1, stamp=2))], "begin and stamp are both given"),
         ([drone("a", line([0, 0, 0], [0, 0, 0]))], "points 0 and 1 are the same"),
         ([drone("a", {"file": "none.txt"})], "none.txt: no such file"),
         ([drone("a", {"run": ".."})], "'..' leaves the folder of this file"),
@@ -168,3 +169,17 @@ def test_the_shipped_scenes_move_what_they_say(name: str) -> None:
     assert (np.abs(start - later).reshape(len(scene.movers), -1).max(axis=1) > 0.05).all()
     still = load_scene(name.removesuffix("_moving"))
     assert scene.standing[1] == pytest.approx(len(still.faces), rel=0.01)
+
+
+def test_every_shape_of_the_camera_moves_objects(tmp_path: Path) -> None:
+    shapes = {
+        "line": {"shape": "line", "start": [0, 0, 1], "end": [2, 0, 1], "speed": 1.0, "begin": 0.5},
+        "circle": {"shape": "circle", "center": [0, 0, 1], "radius": 1.0, "speed": 1.0},
+        "eight": {"shape": "lemniscate", "center": [0, 0, 1], "size": [2, 1], "speed": 1.0},
+        "hover": {"shape": "hover", "position": [0, 0, 1], "look_at": [1, 0, 1], "duration": 2.0},
+    }
+    scene = scene_of(tmp_path, WALL, *(drone(name, moves) for name, moves in shapes.items()))
+    found = poses(scene.movers, 1.0)[0]
+    assert np.allclose(found[0][:3, 3], [0.5, 0, 1], atol=1e-6)
+    assert np.allclose(found[1][:3, 3], [np.cos(1), np.sin(1), 1], atol=1e-4)
+    assert np.allclose(found[3], [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]], atol=1e-9)
