@@ -25,7 +25,7 @@ from depthsim.scenefile import load_scene
 from depthsim.trajectory import load_trajectory
 
 PAGE = Path(__file__).resolve().parent / "moving.md"
-CASES = (("tour", "clean"), ("near", "clean"), ("near", "d435"))
+CASES = (("tour", "clean"), ("tour", "d435"), ("near", "clean"), ("near", "d435"))
 """Trajectories and profiles."""
 SIZE, FRAMES = (424, 240), 150
 BEGIN, END = "<!-- slam -->\n", "<!-- /slam -->\n"
