@@ -146,11 +146,17 @@ def _color(
 
 
 def albedo_of(
-    geometry: Geometry, camera: Camera, pose: NDArray[np.float64], scene: Scene, threads: int | None = None
+    geometry: Geometry,
+    camera: Camera,
+    pose: NDArray[np.float64],
+    scene: Scene,
+    threads: int | None = None,
+    stamp: float = 0.0,
 ) -> NDArray[np.float32]:
     """(height, width, 3) share of red, green and blue light that surfaces scatter, NONE where the mesh has no colours.
 
-    pose: (4, 4) camera to world. Raises :class:`InputError` for a texture that cannot be read.
+    pose: (4, 4) camera to world. stamp: when, for objects that move [s]. Raises :class:`InputError` for a texture that
+    cannot be read.
     """
     look = scene.look
     if look is None:
@@ -161,7 +167,7 @@ def albedo_of(
     split(
         _color, len(out), threads or core_count(), row, float(camera.fx * camera.fy), camera.rays[0].reshape(-1),
         camera.rays[1].reshape(-1), geometry.depth.reshape(-1), geometry.face.reshape(-1), geometry.cosine.reshape(-1),
-        scene.vertices, scene.faces, look.texture, look.uv, look.colors, pyramids.texels, pyramids.levels,
+        scene.at(stamp).vertices, scene.faces, look.texture, look.uv, look.colors, pyramids.texels, pyramids.levels,
         pyramids.first, out,
     )  # fmt: skip
     return out.reshape(*camera.shape, 3)
@@ -174,17 +180,19 @@ def color_image(
     scene: Scene,
     materials: Materials,
     threads: int | None = None,
+    stamp: float = 0.0,
 ) -> NDArray[np.uint8]:
     """(height, width, 3) uint8 picture of one pose's geometry, or (height, width) where no mesh has colours.
 
     Surfaces without colours of their own are grey, as :func:`~depthsim.intensity.intensity_image` has them. pose:
-    (4, 4) camera to world. Raises :class:`InputError` for a texture that cannot be read.
+    (4, 4) camera to world. stamp: when, for objects that move [s]. Raises :class:`InputError` for a texture that cannot
+    be read.
     """
-    grey = intensity_image(geometry, camera, pose, scene, materials, threads)
+    grey = intensity_image(geometry, camera, pose, scene, materials, threads, stamp)
     if scene.look is None:
         return grey
-    albedo = albedo_of(geometry, camera, pose, scene, threads)
-    light = light_on_faces(scene)[np.maximum(geometry.face, 0)]
+    albedo = albedo_of(geometry, camera, pose, scene, threads, stamp)
+    light = light_on_faces(scene, stamp)[np.maximum(geometry.face, 0)]
     own = albedo[..., 0] >= 0
     picture = np.repeat(grey[..., None], 3, axis=2)
     picture[own] = np.rint(np.sqrt(np.clip(albedo[own] * light[own, None], 0, 1)) * _f(255))

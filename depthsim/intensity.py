@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from depthsim.camera import Camera
 from depthsim.kernels import inlined, kernel
 from depthsim.materials import Materials
+from depthsim.moving import objects_seen
 from depthsim.parallel import core_count, split
 from depthsim.raycast import Geometry
 from depthsim.scene import NO_TAG, Scene
@@ -99,11 +100,11 @@ def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray
             out[i] = np.uint8(_i(min(np.sqrt(grey) * _f(255) + _f(0.5), _f(255))))
 
 
-def light_on_faces(scene: Scene) -> NDArray[np.float32]:
-    """(F,) float32: the light that falls on each face, at most 1."""
+def light_on_faces(scene: Scene, stamp: float = 0.0) -> NDArray[np.float32]:
+    """(F,) float32: the light that falls on each face at ``stamp`` [s], at most 1."""
     light = _LIGHT / np.linalg.norm(_LIGHT)
     # Walls are often seen from behind in scenes by others, so the light shines on both sides.
-    of_face: NDArray[np.float32] = (0.45 + 0.55 * np.abs(scene.normals @ light)).astype(np.float32)
+    of_face: NDArray[np.float32] = (0.45 + 0.55 * np.abs(scene.normals_at(stamp) @ light)).astype(np.float32)
     return of_face
 
 
@@ -114,10 +115,11 @@ def intensity_image(
     scene: Scene,
     materials: Materials,
     threads: int | None = None,
+    stamp: float = 0.0,
 ) -> NDArray[np.uint8]:
     """(height, width) uint8 image of one pose's geometry; 0 where nothing is hit.
 
-    pose: (4, 4) camera to world.
+    pose: (4, 4) camera to world. stamp: when, for objects that move [s]; their texture goes with them.
     """
     image = np.empty(camera.shape, np.uint8)
     # float32 loses the finest octave far from the origin; a multiple of all wavelengths near the scene takes its place.
@@ -126,23 +128,15 @@ def intensity_image(
     albedos, contrasts = np.zeros((2, NO_TAG + 1), np.float32)
     albedos[: len(scene.tags)] = [materials[tag].albedo for tag in scene.tags]
     contrasts[: len(scene.tags)] = [materials[tag].texture for tag in scene.tags]
-    of_face = light_on_faces(scene)
-    split(
-        _shade,
-        image.size,
-        threads or core_count(),
-        row,
-        np.float32(1 / camera.fx),
-        np.array(_WAVELENGTHS, np.float32),
-        albedos,
-        contrasts,
-        camera.rays[0].reshape(-1),
-        camera.rays[1].reshape(-1),
-        geometry.depth.reshape(-1),
-        geometry.face.reshape(-1),
-        of_face,
-        geometry.tag.reshape(-1),
-        image.reshape(-1),
-        multiple=_BLOCK,
+    of_face = light_on_faces(scene, stamp)
+    surface = np.float32(1 / camera.fx), np.array(_WAVELENGTHS, np.float32), albedos, contrasts
+    x, y, z, face, tag, out = (
+        picture.reshape(-1) for picture in (*camera.rays, geometry.depth, geometry.face, geometry.tag, image)
     )
+    split(_shade, image.size, threads or core_count(), row, *surface, x, y, z, face, of_face, tag, out, multiple=_BLOCK)
+    for _, pixels, beside in objects_seen(scene.movers, face, pose, stamp):
+        row = np.concatenate([beside[:3, :3].reshape(-1), beside[:3, 3]]).astype(np.float32)
+        own = np.empty(len(pixels), np.uint8)
+        _shade(0, len(pixels), row, *surface, x[pixels], y[pixels], z[pixels], face[pixels], of_face, tag[pixels], own)
+        out[pixels] = own
     return image

@@ -109,6 +109,14 @@ class Look:
         """That of faces whose corners are listed the other way round."""
         return Look(self.texture, self.uv[:, ::-1], self.colors[:, ::-1], self.textures)
 
+    def compact(self) -> "Look":
+        """The same without the textures that no face has."""
+        used = [int(k) for k in np.unique(self.texture) if k >= 0]
+        place = np.full(len(self.textures) + 2, 0, np.int32)
+        place[[PLAIN, PROCEDURAL]] = PLAIN, PROCEDURAL
+        place[used] = np.arange(len(used))
+        return Look(place[self.texture], self.uv, self.colors, tuple(self.textures[k] for k in used))
+
     @cached_property
     def pictures(self) -> tuple[NDArray[np.uint8], ...]:
         """The textures that faces have, read; an empty one for others. Raises :class:`InputError`."""

@@ -39,7 +39,8 @@ class LiveSensor:
         measured = self._made[2].measure(
             moment.pose, index=moment.index, stamp=moment.stamp, seed=seed, motion=moment.motion
         )
-        return Shot(measured.camera, moment.pose, measured.depth_raw, measured.clean.depth, measured.clean.tag)
+        clean, whose = measured.clean, self._stage.instances(measured.clean.face)
+        return Shot(measured.camera, moment.pose, measured.depth_raw, clean.depth, clean.tag, whose)
 
 
 def recorded(stage: Stage, index: int) -> Shot:
@@ -48,9 +49,10 @@ def recorded(stage: Stage, index: int) -> Shot:
     assert run is not None
     pose, units = run.poses[index], run.depth_raw(index)
     if stage.caster is not None:
-        geometry = stage.caster.cast(run.camera, pose)
-        return Shot(run.camera, pose, units, geometry.depth, geometry.tag)
-    return Shot(run.camera, pose, units, run.clean(index), run.material(index))
+        geometry = stage.caster.cast(run.camera, pose, stamps=float(run.stamps[index]))
+        whose = run.instance(index) if run.has("instance") else stage.instances(geometry.face)
+        return Shot(run.camera, pose, units, geometry.depth, geometry.tag, whose)
+    return Shot(run.camera, pose, units, run.clean(index), run.material(index), run.instance(index))
 
 
 def without_sensor(shot: Shot) -> Shot:

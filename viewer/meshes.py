@@ -15,22 +15,38 @@ _STEPS = 24
 
 @dataclass(frozen=True)
 class Group:
-    """Faces of one colour. vertices: (V, 3) float32 [m]. faces: (F, 3) uint32. colour: RGB."""
+    """Faces of one colour. vertices: (V, 3) float32 [m]. faces: (F, 3) uint32. colour: RGB.
+
+    instance: of which object, by its number from 1, where there are several. mover: its place among those that move,
+    in whose frame the vertices are; None for what stands.
+    """
 
     name: str
     vertices: NDArray[np.float32]
     faces: NDArray[np.uint32]
     colour: tuple[int, int, int]
+    instance: int = 0
+    mover: int | None = None
 
 
 def by_material(scene: Scene, materials: Materials) -> list[Group]:
-    """A group for each tag."""
+    """A group for each tag, and for each object where there are several."""
     palette = colours.material_colours(scene.tags, materials)
-    return [
-        group
-        for index, tag in enumerate(scene.tags)
-        if (group := _group(scene, tag, scene.face_tags == index, palette[index])) is not None
-    ]
+    found = []
+    for number, name, chosen in _objects(scene):
+        for index, tag in enumerate(scene.tags):
+            label = f"{name}/{tag}" if number else tag
+            group = _group(scene, label, chosen & (scene.face_tags == index), palette[index], number)
+            found += [] if group is None else [group]
+    return found
+
+
+def _objects(scene: Scene) -> list[tuple[int, str, NDArray[np.bool_]]]:
+    """Number, name and faces of each object; number 0 where the scene is one."""
+    if len(scene.objects) == 1:
+        return [(0, "", np.ones(len(scene.faces), np.bool_))]
+    whose = scene.instance_of_face[1:]
+    return [(number, one.name, whose == number) for number, one in enumerate(scene.objects, start=1)]
 
 
 def by_share(scene: Scene, share: NDArray[np.float32]) -> list[Group]:
@@ -41,17 +57,23 @@ def by_share(scene: Scene, share: NDArray[np.float32]) -> list[Group]:
     place = np.clip(density / most, 0, 1)
     step = np.minimum((place * _STEPS).astype(np.int64), _STEPS - 1)
     groups = []
-    for number in range(_STEPS):
-        colour = colours.SHARE[round(255 * number / (_STEPS - 1))]
-        if (group := _group(scene, f"share{number}", step == number, colour)) is not None:
-            groups.append(group)
+    for instance, name, chosen in _objects(scene):
+        for number in range(_STEPS):
+            colour = colours.SHARE[round(255 * number / (_STEPS - 1))]
+            label = f"{name}/share{number}" if instance else f"share{number}"
+            if (group := _group(scene, label, chosen & (step == number), colour, instance)) is not None:
+                groups.append(group)
     return groups
 
 
-def _group(scene: Scene, name: str, chosen: NDArray[np.bool_], colour: NDArray[np.uint8]) -> Group | None:
+def _group(
+    scene: Scene, name: str, chosen: NDArray[np.bool_], colour: NDArray[np.uint8], instance: int
+) -> Group | None:
     if not chosen.any():
         return None
     used, corners = np.unique(scene.faces[chosen], return_inverse=True)
     red, green, blue = (int(channel) for channel in colour)
     faces = corners.reshape(-1, 3).astype(np.uint32)
-    return Group(name, scene.vertices[used].astype(np.float32), faces, (red, green, blue))
+    mover = instance - 1 - (len(scene.objects) - len(scene.movers))
+    vertices = scene.vertices[used].astype(np.float32)
+    return Group(name, vertices, faces, (red, green, blue), instance, mover if instance and mover >= 0 else None)

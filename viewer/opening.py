@@ -49,7 +49,7 @@ def open_stage(
     scene, profile = load(what), load_profile(sensor or "paper")
     camera = profile.camera or preset("d435")
     path = load_trajectory(trajectory, scene, camera.rate)
-    return Stage(folder.name or str(what), known, path, camera, profile, scene)
+    return Stage(folder.name or str(what), known, path, camera, profile, scene.started(float(path.stamps[0])))
 
 
 def _open_run(folder: Path, sensor: str, known: Materials, load: SceneLoader, scene: Path | None = None) -> Stage:
@@ -61,7 +61,7 @@ def _open_run(folder: Path, sensor: str, known: Materials, load: SceneLoader, sc
         run.trajectory,
         run.camera,
         load_profile(sensor),
-        load(where) if where else None,
+        load(where).started(float(run.stamps[0])) if where else None,
         run,
     )
 

@@ -7,6 +7,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from depthsim.moving import tracks
 from viewer import meshes
 from viewer.drawing import Drawing
 from viewer.stage import Stage
@@ -32,6 +33,8 @@ class Scenery:
         self._drawn: dict[str, tuple[Any, ...]] = {}
         self._made: dict[str, tuple[Any, ...]] = {}
         self._meshes: dict[str, list[Any]] = {}
+        self._of: dict[str, list[meshes.Group]] = {}
+        self._placed: dict[str, tuple[float, frozenset[int]]] = {}
         self._path: Any = None
         self._segments = np.empty((0, 2, 3), np.float32)
         client.scene.set_up_direction("+z")
@@ -65,13 +68,29 @@ class Scenery:
         if how != "hidden" and not kept:
             for handle in handles:
                 handle.remove()
-            handles = [self._add(side, group, opacity, offset) for group in _groups(self._stage, how)]
-            self._meshes[side], self._made[side] = handles, (how, *offset)
+            groups = _groups(self._stage, how)
+            handles = [self._add(side, group, opacity, offset) for group in groups]
+            self._meshes[side], self._made[side], self._of[side] = handles, (how, *offset), groups
+            self._placed.pop(side, None)
+        self._placed.pop(side, None)  # which of them are in sight is seen to afterwards
         for handle in handles:
             handle.visible = how != "hidden"
             if how != "hidden" and handle.opacity != _opacity(opacity):
                 handle.opacity = _opacity(opacity)
         self._drawn[side] = wanted
+
+    def place_objects(self, side: str, stamp: float, hidden: frozenset[int], offset: NDArray[np.float64]) -> None:
+        """Put the objects that move where they are at ``stamp`` [s], and take the ``hidden`` ones out of sight."""
+        scene, shown = self._stage.scene, self._drawn.get(side, ("hidden",))[0] != "hidden"
+        if scene is None or len(scene.objects) == 1 or not shown or self._placed.get(side) == (stamp, hidden):
+            return
+        found = tracks(scene.movers, stamp)
+        for handle, group in zip(self._meshes.get(side, []), self._of.get(side, []), strict=True):
+            handle.visible = group.instance not in hidden
+            if group.mover is not None:
+                (place,), ((x, y, z, w),) = found[group.mover]
+                handle.position, handle.wxyz = tuple(place + offset), (w, x, y, z)
+        self._placed[side] = stamp, hidden
 
     def _add(self, side: str, group: meshes.Group, opacity: float, offset: NDArray[np.float64]) -> Any:
         return self._client.scene.add_mesh_simple(

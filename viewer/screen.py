@@ -29,7 +29,8 @@ _DARK, _LIGHT = (20, 20, 20), (255, 255, 255)
 class Style:
     """how: what the colours mean. mesh: material, share or hidden. gap_plane: the gap's shares on the image plane.
 
-    view: where a browser looks from that is sent pictures of its 3D view; None for one that draws it. dark: the page.
+    hidden: numbers of objects out of sight. dark: the page. view: where a browser looks from that is sent pictures
+    of its 3D view; None for one that draws it.
     """
 
     how: Colouring
@@ -38,6 +39,7 @@ class Style:
     frustum: bool
     gap_plane: bool
     dark: bool
+    hidden: frozenset[int] = frozenset()
     view: View | None = None
 
 
@@ -61,18 +63,24 @@ class Screen:
         return float(np.sqrt(self._span.near * self._span.far))
 
     def show(
-        self, sides: Sequence[str], shots: Mapping[str, Shot], one_in: int, style: Style, wait: Callable[[], object]
+        self,
+        sides: Sequence[str],
+        shots: Mapping[str, Shot],
+        one_in: int,
+        style: Style,
+        wait: Callable[[], object],
+        stamp: float = 0.0,
     ) -> int:
         """Send the frames of one or two sides; how many points they have in all that was sent.
 
-        wait: called when all is worked out, before anything is sent.
+        stamp: of the frames [s]. wait: called when all is worked out, before anything is sent.
         """
         how, tags, known = style.how, self._stage.tags, self._stage.materials
         # A clean frame would narrow the colours of errors to nothing.
         self._span = self._span.fitted(shots[next((side for side in sides if side != "clean"), sides[0])])
         painted = [paint(shots[side], how, self._span, tags, known) for side in sides]
         clouds = [
-            make_cloud(shots[side], colours, one_in, with_holes=how == "validity")
+            make_cloud(shots[side].without(style.hidden), colours, one_in, with_holes=how == "validity")
             for side, colours in zip(sides, painted, strict=True)
         ]
         pictures = [frame_picture(shots[side], colours, how) for side, colours in zip(sides, painted, strict=True)]
@@ -102,6 +110,7 @@ class Screen:
                 else:
                     pane.hide(shots[side], side, label=len(sides) > 1)
                 self.scenery.show_mesh(name, style.mesh if drawn is None else "hidden", style.opacity, pane.offset)
+                self.scenery.place_objects(name, stamp, style.hidden, pane.offset)
             self.scenery.see_path(drawn is None)
             if (drawn is not None) != self._pictured:
                 self._pictured = drawn is not None

@@ -266,7 +266,7 @@ class Session:
         for side in sorted(set(sides), key=lambda side: side == "clean"):
             shots[side] = self._shot(side, moment, shots)
         style = self.look.style(moving_by_keys=self._by_keys, view=view)
-        points = self.screen.show(sides, shots, one_in, style, self._drawn)
+        points = self.screen.show(sides, shots, one_in, style, self._drawn, moment.stamp)
         frames = tuple(shots[side] for side in sides)
         self.shown = Shown(frames, tuple(sides), moment.index, points, one_in, view is not None)
         self.status.figures(self._lines(moment, self.shown))

@@ -1,6 +1,6 @@
 """One frame as the viewer sees it, and the few figures that are told of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +17,7 @@ class Shot:
     pose: (4, 4) camera to world. depth_raw: (height, width) uint16 depth as stored; 0 is a hole, 65535 too far.
     clean: (height, width) float32 depth without the sensor [m], 0 where nothing is; None where it is not known.
     tag: (height, width) uint8 indices of material tags, 255 for none; None where they are not known.
+    instance: (height, width) uint16 numbers of objects, 0 for none; None where they are not known.
     """
 
     camera: Camera
@@ -24,6 +25,15 @@ class Shot:
     depth_raw: NDArray[np.uint16]
     clean: NDArray[np.float32] | None = None
     tag: NDArray[np.uint8] | None = None
+    instance: NDArray[np.uint16] | None = None
+
+    def without(self, hidden: frozenset[int]) -> "Shot":
+        """The same without what is seen of the objects of these numbers."""
+        if not hidden or self.instance is None or self.instance.shape != self.depth_raw.shape:
+            return self
+        gone = np.isin(self.instance, list(hidden))
+        clean = None if self.clean is None else np.where(gone, np.float32(0), self.clean)
+        return replace(self, depth_raw=np.where(gone, np.uint16(0), self.depth_raw), clean=clean)
 
     @cached_property
     def figures(self) -> "Figures":

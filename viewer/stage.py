@@ -41,6 +41,21 @@ class Stage:
         return None if self.scene is None else Caster(self.scene)
 
     @cached_property
+    def objects(self) -> dict[int, str]:
+        """The names of the objects by their numbers; none where all is one."""
+        if self.run is not None and self.run.instances:
+            return {number: one.name for number, one in self.run.instances.items()}
+        if self.scene is None or len(self.scene.objects) == 1:
+            return {}
+        return {number: one.name for number, one in enumerate(self.scene.objects, start=1)}
+
+    def instances(self, face: NDArray[np.int32]) -> NDArray[np.uint16] | None:
+        """The number of the object of each face, -1 for none; None where the scene is one."""
+        if self.scene is None or len(self.scene.objects) == 1:
+            return None
+        return self.scene.instance_of_face[face + 1]
+
+    @cached_property
     def motion(self) -> Motion:
         """The camera's way; that of a recording has all its poses."""
         return Motion.along(self.trajectory, None if self.run is None else self.run.truth)
@@ -56,6 +71,7 @@ class Stage:
     def bounds(self) -> NDArray[np.float64]:
         """(2, 3) the corners of the scene [m], or of what lies 3 m around the path where there is no scene."""
         if self.scene is not None:
-            return self.scene.bounds
+            standing = self.scene.vertices[: self.scene.standing[0]]
+            return np.stack([standing.min(axis=0), standing.max(axis=0)])
         path = self.trajectory.positions
         return np.stack([path.min(axis=0) - 3, path.max(axis=0) + 3])

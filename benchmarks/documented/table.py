@@ -55,7 +55,7 @@ RULES = [
     Rule(r" \[more logs\]", "a placeholder", put=""),
     Rule(r"import viewer.bag --out recording", "another recording than the diagnosis'", first="rm -rf recording"),
     Rule(r"reconstruct (\w+)$", "of a recording without a scene", first=r"rm -f \1/scene.*"),
-    Rule(r"generate (office|race|sponza.glb)\b", "time", add=SMALL, short=True),
+    Rule(r"generate (office|office_moving|race|sponza.glb)\b", "time", add=SMALL, short=True),
     Rule(r"sweep sweep.yaml --out", "time: a worker takes longest to start", add="--workers 1", short=True),
     Rule(r"slam \S+ --sweep", "time", add="--with kiss-icp --profiles clean --speeds 1", short=True),
 ]  # fmt: skip

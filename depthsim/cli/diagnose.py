@@ -26,6 +26,12 @@ def diagnose(
         list[str] | None,
         typer.Option(metavar="EFFECT", help="Leave an effect out of the bank; may come several times."),
     ] = None,
+    only: Annotated[
+        list[str] | None, typer.Option("--object", metavar="NAME", help="Look at this object alone; several times.")
+    ] = None,
+    hide: Annotated[
+        list[str] | None, typer.Option("--without-object", metavar="NAME", help="Leave this object out; several times.")
+    ] = None,
     tag: Tags = None,
     units: Units = None,
     up: Up = None,
@@ -47,9 +53,11 @@ def diagnose(
     known = load_materials(materials)
     place = _scene(scene, runs[0], parse_tags(tag), units, up, known)
     if len(runs) == 2:
+        if only or hide:
+            raise InputError("diagnose", "--object", "is of no use with two recordings", "give one recording")
         _compare(runs[0], runs[1], out, place, sensor, without, known, threads)
     else:
-        _one(runs[0], out, place, sensor, without or [], materials, known, threads)
+        _one(runs[0], out, place, sensor, without or [], only or [], hide or [], materials, known, threads)
 
 
 def _one(
@@ -58,6 +66,8 @@ def _one(
     scene: "str | Scene | None",
     sensor: str | None,
     without: list[str],
+    only: list[str],
+    hide: list[str],
     file: Path | None,
     materials: "Materials",
     threads: int | None,
@@ -70,8 +80,9 @@ def _one(
 
     with _Progress() as say:
         found = investigate(
-            path, scene=scene, sensor=sensor, without=without, threads=threads, materials=materials, say=say
-        )
+            path, scene=scene, sensor=sensor, without=without, objects=only, without_objects=hide, threads=threads,
+            materials=materials, say=say,
+        )  # fmt: skip
         say("drawing the report")
         origin = write_report(found, out, Named(scene, sensor, file))
     show(Console(highlight=False), found.diagnosis, origin)

@@ -9,14 +9,15 @@ import typer
 def export(
     run: Annotated[Path, typer.Argument(help="The run's folder.")],
     to: Annotated[
-        str, typer.Option(metavar="FORMAT", help="open3d (icl), euroc, ros2, ros2-sqlite3, ply, or webdataset.")
+        str,
+        typer.Option(metavar="FORMAT", help="open3d (icl), euroc, ros2, ros2-sqlite3, ply, webdataset, lerobot."),
     ],
     out: Annotated[Path | None, typer.Option(help="A new folder. [default: RUN_FORMAT beside the run]")] = None,
     points: Annotated[bool, typer.Option("--points", help="ros2: point clouds, too.")] = False,
     metric: Annotated[bool, typer.Option("--metric/--no-metric", help="ros2: depth in metres, too.")] = True,
     shard: Annotated[int, typer.Option(min=1, help="webdataset: frames to a shard.")] = 500,
 ) -> None:
-    """Write a run as others have it: Open3D and ICL-NUIM, EuRoC, ROS 2 bags, point clouds, WebDataset."""
+    """Write a run as others have it: Open3D and ICL-NUIM, EuRoC, ROS 2 bags, point clouds, WebDataset, LeRobot."""
     from depthsim.exporting import ExportOptions
     from depthsim.exporting import export as write
     from depthsim.runs import Run

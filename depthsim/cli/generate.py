@@ -39,6 +39,9 @@ def generate(
     seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.")] = 0,
     only_depth: Annotated[bool, typer.Option("--only-depth", help="No clean depth, materials and rgb.")] = False,
     normals: Annotated[bool, typer.Option("--normals", help="Surface normals too.")] = False,
+    instances: Annotated[
+        bool, typer.Option("--instances", help="Pictures of which object is where, too; made where objects move.")
+    ] = False,
     ir: Annotated[bool, typer.Option("--ir", help="The two infrared images of active stereo, too.")] = False,
     tag: Tags = None,
     units: Units = None,
@@ -72,7 +75,8 @@ def generate(
             print(f"{like}: {remark}", file=sys.stderr)
     else:
         path = load_trajectory(trajectory, place, eye.rate, frames)
-    extra = (*(("normal",) if normals else ()), *(IR_STREAMS if ir else ()))
+    with_objects = instances or (bool(place.movers) and not only_depth)
+    extra = (*(("normal",) if normals else ()), *(("instance",) if with_objects else ()), *(IR_STREAMS if ir else ()))
     streams = (*(("depth",) if only_depth else DEFAULT_STREAMS), *extra)
     begin = time.monotonic()
     with _Progress() as progress:

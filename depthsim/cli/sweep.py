@@ -25,6 +25,9 @@ def sweep(
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="State runs, frames, bytes and time.")] = False,
     check: Annotated[bool, typer.Option("--check", help="Look through whole runs, too, and repair them.")] = False,
+    lerobot: Annotated[
+        Path | None, typer.Option(help="Then write all runs as one LeRobot data set to this new folder.")
+    ] = None,
 ) -> None:
     """Make every scene x trajectory x profile x seed x draw of a file as a run.
 
@@ -32,6 +35,7 @@ def sweep(
     """
     from depthsim.extras import need_extra
     from depthsim.parallel import core_count
+    from depthsim.runs.whole import refuse_taken
     from depthsim.sweep.drive import run_sweep
     from depthsim.sweep.target import open_target
 
@@ -56,6 +60,11 @@ def sweep(
 
         return Pool(target.url, count)
 
+    if lerobot is not None:
+        need_extra("lerobot")
+        refuse_taken(lerobot)
+        if "://" in out:
+            raise InputError("sweep", "--lerobot", "needs the runs in a folder", "give --out a folder, not a URL")
     begin = time.monotonic()
     with _Bar() as bar:
         done = run_sweep(file, target, start, check=check, show=bar)
@@ -63,6 +72,19 @@ def sweep(
     if done.failed:
         problem = f"{done.failed} of {done.runs} runs failed, the first: {done.first_error}"
         raise InputError(out, "", problem, "the same command tries them again")
+    if lerobot is not None:
+        _write_lerobot(Path(out), lerobot)
+
+
+def _write_lerobot(folder: Path, out: Path) -> None:
+    from depthsim.exporting import export_together
+    from depthsim.runs import Run
+    from depthsim.sweep.plan import Plan
+    from depthsim.sweep.target import PLAN
+
+    plan = Plan.from_json((folder / PLAN).read_text(), str(folder / PLAN))
+    said = export_together((Run.open(folder / plan.run(index).path) for index in range(len(plan))), out)
+    print(f"{out}: {said}")
 
 
 def _told(out: str, done: "Progress", seconds: float) -> str:

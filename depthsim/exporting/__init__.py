@@ -1,6 +1,7 @@
 """Runs in the formats that other programs read: one file a format, each with a function ``write``."""
 
 import importlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +26,7 @@ FORMATS = {
     "ros2": Format("ros2_mcap", "a ROS 2 bag in MCAP, with the topics of the RealSense wrapper"),
     "ros2-sqlite3": Format("ros2_sqlite3", "the same in sqlite3"),
     "ply": Format("ply", "a point cloud for each frame"),
+    "lerobot": Format("lerobot", "a LeRobot data set (v3), which is Parquet that `datasets` reads, too"),
     "webdataset": Format("webdataset", "tar shards for training"),
 }
 """By the name that :func:`export` takes."""
@@ -43,4 +45,15 @@ def export(run: Run, form: str, out: Path, options: ExportOptions | None = None)
         return str(module.write(run, folder, options or ExportOptions()))
 
 
-__all__ = ["FORMATS", "ExportOptions", "Format", "export"]
+def export_together(runs: Iterable[Run], out: Path) -> str:
+    """Write several runs as one LeRobot data set, an episode each; as :func:`export`.
+
+    Raises :class:`InputError` for runs whose cameras or kinds of pictures differ, too.
+    """
+    from depthsim.exporting.lerobot import write_runs
+
+    with whole_folder(out) as folder:
+        return write_runs(runs, folder)
+
+
+__all__ = ["FORMATS", "ExportOptions", "Format", "export", "export_together"]

@@ -35,11 +35,13 @@ class Contact:
 def first_contact(scene: Scene, t: Floats, positions: Floats, radius: float) -> Contact | None:
     """The first time that a sphere of ``radius`` [m] around the positions (N, 3) [m] at (N,) stamps meets the mesh.
 
-    The sphere moves straight and evenly from one position to the next. None if it meets nothing.
+    The sphere moves straight and evenly from one position to the next. None if it meets nothing. Objects that move are
+    not looked at.
     """
-    corners = scene.vertices[scene.faces]
+    count = scene.standing[1]
+    corners = scene.vertices[scene.faces[:count]]
     low, high = corners.min(axis=1) - radius, corners.max(axis=1) + radius
-    tags = scene.face_tags
+    tags = scene.face_tags[:count]
     passed = ((low <= positions.max(axis=0)) & (high >= positions.min(axis=0))).all(axis=1)
     corners, low, high, tags = corners[passed], low[passed], high[passed], tags[passed]
     for begin in range(0, max(len(t) - 1, 1), _CHUNK):

@@ -42,7 +42,7 @@ def fit_material(
         place = scene if scene is not None else run.scene
         if place is None:
             raise InputError(run.path, "", "holds no scene", "give scene=")
-        curves = measure_run(run, load_scene(place, materials=materials))
+        curves = measure_run(run, load_scene(place, materials=materials).started(float(run.stamps[0])))
     else:
         if not tag:
             raise InputError("tag", "", "is not given", "name the one material of the wall, such as cement")

@@ -98,7 +98,7 @@ def _collect(run: Run, scene: Scene, width: float, least_cosine: float) -> tuple
     parts: list[tuple[NDArray, ...]] = []
     empty: dict[int, int] = {}
     for number, index in enumerate(frames):
-        clean = caster.cast(run.camera, run.poses[index])
+        clean = caster.cast(run.camera, run.poses[index], stamps=float(run.stamps[index]))
         measured, depth, cosine, tag = (item[grid] for item in (run.depth(index), clean.depth, clean.cosine, clean.tag))
         mask = run.mask(index)
         trusted = (depth > 0) & (cosine >= least_cosine) & (True if mask is None else mask[grid])

@@ -14,18 +14,21 @@ WEST, EAST, SOUTH, NORTH = Wall(0, 0.0, -1), Wall(0, LENGTH, 1), Wall(1, 0.0, -1
 WINDOWS = ((0.7, 2.9), (3.9, 6.1), (7.1, 9.3))
 
 
-def office(seed: int = 1) -> Part:
+def office(seed: int = 1, door: str = "closed") -> Part:
     """An office with two islands of four desks, shelves, a meeting corner, windows and a door.
 
     The floor is z = 0; the room reaches from x = 0 to 10 m and y = 0 to 7.5 m, its ceiling is at 2.8 m.
-    ``seed`` changes what lies about, not where the furniture stands.
+    ``seed`` changes what lies about, not where the furniture stands. ``door``: ``closed``, or ``open``: without its
+    leaf, hinged at (8.45, -0.05), and with a lobby behind it.
     """
+    if door not in ("closed", "open"):
+        raise ValueError(f"office: door is {door!r}; give closed or open")
     stream = Stream(seed, 101)
     return join(
         [
-            _shell(),
+            _shell(door == "open"),
             _ceiling(),
-            *_on_walls(stream),
+            *_on_walls(stream, door == "open"),
             _island(stream).moved(2.9, 4.7),
             _island(stream).moved(7.1, 4.7),
             *_shelves(stream),
@@ -41,7 +44,7 @@ def office(seed: int = 1) -> Part:
     )
 
 
-def _shell() -> Part:
+def _shell(is_open: bool) -> Part:
     items = [
         Block("carpet", (-0.5, LENGTH + 0.5), (-0.5, WIDTH + 0.5), (-0.3, 0.0)),
         Block("formboard", (-0.5, LENGTH + 0.5), (-0.5, WIDTH + 0.5), (HEIGHT, HEIGHT + 0.3)),
@@ -55,6 +58,8 @@ def _shell() -> Part:
     for along in WINDOWS:
         items += walls.window(NORTH, along, (0.85, 2.35))
     items += walls.door(SOUTH, 8.9)
+    if is_open:
+        items.append(SOUTH.block(None, (8.45, 9.35), (0.048, 1.5), (0.0, 2.05)))
     return blocks(*items, around="plaster")
 
 
@@ -73,9 +78,9 @@ def _ceiling() -> Part:
     return join([along_y, along_x, *lamps, vent, *alarms])
 
 
-def _on_walls(stream: Stream) -> list[Part]:
+def _on_walls(stream: Stream, is_open: bool) -> list[Part]:
     parts = [
-        SOUTH.mount(walls.lever(), 8.53, 1.05, -0.05),
+        *([] if is_open else [SOUTH.mount(walls.lever(), 8.53, 1.05, -0.05)]),
         SOUTH.mount(walls.switch(), 8.2, 1.15),
         SOUTH.mount(furniture.clock(), 6.9, 2.2),
         SOUTH.mount(walls.whiteboard(2.2, 1.1), 6.6, 0.9),

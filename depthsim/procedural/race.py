@@ -89,7 +89,7 @@ def _marks(stream: Stream) -> list[Part]:
         parts.append(box((LENGTH - 6, 0.1, 0.006), "paint", (LENGTH / 2, y, 0.003)))
     pad = cylinder(0.6, 0.03, "rubber", 40)
     pads = [pad.moved(6.0 + 1.6 * i, 12.4) for i in range(4)]
-    drones = [_drone().turned(yaw=stream.number(-20, 20)).moved(6.0 + 1.6 * i, 12.4, 0.03) for i in range(4)]
+    drones = [drone().turned(yaw=stream.number(-20, 20)).moved(6.0 + 1.6 * i, 12.4, 0.03) for i in range(4)]
     bar = join([cylinder(0.03, 4.0, "plastic", 12), cone(0.25, 0.06, 0.1, "rubber", 24)])
     bars = copies(
         bar, [(20.6, 9.6, 0), (13.8, 6.6, 0), (28.0, 7.4, 0), (27.4, 15.4, 0), (20.6, 18.0, 0), (13.6, 14.2, 0)]
@@ -97,7 +97,7 @@ def _marks(stream: Stream) -> list[Part]:
     return [*parts, *pads, *drones, bars]
 
 
-def _drone() -> Part:
+def drone() -> Part:
     """A small quadrotor, 36 cm across, that stands on z = 0."""
     angle = np.arange(4) * 90.0 + 45
     arm = join(
@@ -180,7 +180,7 @@ def _pit(stream: Stream) -> list[Part]:
         things = [
             table,
             desktop.laptop().turned(yaw=stream.number(-20, 20)).moved(-0.4, 0.05, 0.7405),
-            _drone().turned(yaw=stream.number(0, 360)).moved(0.5, 0.05, 0.7405),
+            drone().turned(yaw=stream.number(0, 360)).moved(0.5, 0.05, 0.7405),
             desktop.mug().moved(0.05, 0.2, 0.7405),
             furniture.side_chair().turned(yaw=180 + stream.number(-30, 30)).moved(-0.3, -0.75),
         ]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from depthsim.procedural.corridor import corridor
 from depthsim.procedural.forest import forest
+from depthsim.procedural.movers import door_leaf, drone, person
 from depthsim.procedural.office import office
 from depthsim.procedural.part import Part
 from depthsim.procedural.race import race
@@ -20,6 +21,9 @@ BUILDERS: dict[str, Callable[..., Part]] = {
 _TOO_LONG = 1 << 63
 _KINDS = {int: "a whole number", float: "a finite number", str: "a text"}
 
+OBJECTS: dict[str, Callable[..., Part]] = {builder.__name__: builder for builder in (door_leaf, drone, person)}
+"""Likewise, the functions that make a thing for a scene."""
+
 
 def build(name: str, **parameters: object) -> Part:
     """The mesh of the scene ``name``; the same parameters give the same bytes.
@@ -27,9 +31,10 @@ def build(name: str, **parameters: object) -> Part:
     Raises ValueError, in one line as "problem; fix", for a name or a parameter that is not known, and for a value of
     the wrong kind or out of its range.
     """
-    builder = BUILDERS.get(name)
+    builders = BUILDERS | OBJECTS
+    builder = builders.get(name)
     if builder is None:
-        raise ValueError(f"no builder is called {name!r}; the builders are {', '.join(sorted(BUILDERS))}")
+        raise ValueError(f"no builder is called {name!r}; the builders are {', '.join(sorted(builders))}")
     known = inspect.signature(builder, eval_str=True).parameters
     for key, value in parameters.items():
         if key not in known:

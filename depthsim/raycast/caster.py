@@ -2,6 +2,7 @@
 
 import os
 from copy import copy
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +13,7 @@ from depthsim.errors import InputError
 from depthsim.parallel import core_count, run_threads
 from depthsim.raycast import embree
 from depthsim.raycast.geometry import Geometry
+from depthsim.raycast.placed import Placed, meshes_of_movers, rows_of
 from depthsim.scene import NO_TAG, Scene
 
 
@@ -21,6 +23,8 @@ class Caster:
     The acceleration structure is built once. Vertices are kept relative to the scene's middle, so that scenes far from
     the origin keep float32's precision where it matters. With ``backend="embreex"``, or where the Embree library
     cannot be loaded, embreex's own call does the same more slowly.
+
+    Of a scene with objects that move each has a structure of its own, built once like that of what stands.
     """
 
     def __init__(self, scene: Scene, backend: str | None = None) -> None:
@@ -31,11 +35,14 @@ class Caster:
         self._middle = _checked_bounds(scene).mean(axis=0)
         # A miss is face -1: with NO_TAG put before the first face, face + 1 needs no test.
         self._face_tags = np.concatenate([[np.uint8(NO_TAG)], scene.face_tags]).astype(np.uint8)
-        vertices = scene.vertices - self._middle
+        count, faces = scene.standing
+        vertices, faces_of_rest = scene.vertices[:count] - self._middle, scene.faces[:faces]
         self._embree: embree.EmbreeScene | None = None
+        self._objects: tuple[embree.EmbreeScene, ...] = ()
         if backend == "embree":
             try:
-                self._embree = embree.EmbreeScene(vertices, scene.faces)
+                self._embree = embree.EmbreeScene(vertices, faces_of_rest)
+                self._objects = tuple(embree.EmbreeScene(*mesh) for mesh in meshes_of_movers(scene))
                 self._lanes = embree.packet_lanes()
             except embree.EmbreeMissing:
                 backend = "embreex"
@@ -43,15 +50,25 @@ class Caster:
         if self._embree is None:
             from depthsim.raycast.fallback import EmbreexScene
 
-            self._embreex = EmbreexScene(vertices, scene.faces)
+            self._embreex = EmbreexScene(vertices, faces_of_rest, meshes_of_movers(scene))
 
     def retagged(self, scene: Scene) -> "Caster":
-        """A caster over the same triangles with the tags of ``scene``; it shares the acceleration structure."""
+        """A caster over the same triangles with the tags and motions of ``scene``; it shares what was built."""
         if not (np.array_equal(scene.vertices, self.scene.vertices) and np.array_equal(scene.faces, self.scene.faces)):
             raise ValueError(f"scene {scene.name!r} has other triangles than {self.scene.name!r}")
+        if [mover.faces for mover in scene.movers] != [mover.faces for mover in self.scene.movers]:
+            raise ValueError(f"in scene {scene.name!r} other faces move than in {self.scene.name!r}")
         other = copy(self)
         other.scene = scene
         other._face_tags = np.concatenate([[np.uint8(NO_TAG)], scene.face_tags]).astype(np.uint8)
+        return other
+
+    def standing(self) -> "Caster":
+        """A caster over what stands alone; it shares what was built."""
+        other = copy(self)
+        other.scene, other._objects = replace(self.scene, movers=()), ()
+        if self._embree is None:
+            other._embreex = self._embreex.standing()
         return other
 
     def cast(
@@ -61,12 +78,14 @@ class Caster:
         *,
         right: bool = False,
         rays: NDArray[np.float32] | None = None,
+        stamps: float | NDArray[np.float64] = 0.0,
         threads: int | None = None,
         out: Geometry | None = None,
     ) -> Geometry:
         """The clean geometry that the left imager sees.
 
         poses: (4, 4) or (N, 4, 4) camera to world; or (N, height, 4, 4), a pose for every row.
+        stamps: when, for objects that move [s]: one for all poses, (N,), or (N, height), a time for every row.
         right: also find out whether the right imager sees each point.
         rays: (2, height, width) float32 directions at z = 1 in place of the camera's own.
         threads: all cores by default; the result does not depend on it.
@@ -94,12 +113,18 @@ class Caster:
             from depthsim.raycast.kernel import tile_rays
 
             tiles = _camera_tiles(camera, self._lanes) if rays is None else tile_rays(rays, self._lanes)
+        times = np.asarray(stamps, np.float64)
+        if self.scene.movers and times.shape not in ((), (len(poses),), (len(poses), camera.height)):
+            raise ValueError(f"stamps are {times.shape} for {len(poses)} poses of {camera.height} rows")
         for index in range(len(poses)):
+            at = np.atleast_1d(times if times.ndim == 0 else times[index])
             if self._embree is not None:
-                self._cast_tiles(camera, tiles, rows[index], pictures[index], right, threads or core_count())
+                placed = self._placed(camera, poses[index], at)
+                self._cast_tiles(camera, tiles, rows[index], pictures[index], right, threads or core_count(), placed)
             else:
                 rays = camera.rays if rays is None else rays
-                self._embreex.cast(camera, rays, rows[index], self._face_tags, pictures[index], right)
+                where = rows_of(self.scene.movers, at, self._middle)
+                self._embreex.cast(camera, rays, rows[index], self._face_tags, pictures[index], right, where)
         return out
 
     def reached(
@@ -109,34 +134,52 @@ class Caster:
         depth: NDArray[np.float32],
         direction: NDArray[np.float64],
         threads: int | None = None,
+        stamp: float = 0.0,
     ) -> NDArray[np.uint8]:
         """(height, width) uint8: 1 where light from far away reaches what the camera sees, 0 in shadow or no hit.
 
         pose: (4, 4) camera to world. depth: (height, width) float32, as cast from there. direction: (3,) unit vector
-        towards the light, in the world. The side that a surface turns to the light is not asked for.
+        towards the light, in the world. The side that a surface turns to the light is not asked for. stamp: when [s].
         """
         out, toward = np.empty(camera.shape, np.uint8), np.asarray(direction, np.float32)
         row = np.concatenate([pose[:3, :3].reshape(-1), pose[:3, 3] - self._middle]).astype(np.float32)
         if self._embree is None:
-            self._embreex.reached(camera, row, depth, toward, out)
+            where = rows_of(self.scene.movers, np.array([stamp]), self._middle)
+            self._embreex.reached(camera, row, depth, toward, out, where)
             return out
         from depthsim.raycast.packet import FIELDS
         from depthsim.raycast.skyward import reach_kernel
 
-        handle, arguments, valid = self._embree.handle, embree.query_arguments(), embree.all_lanes()
+        arguments, valid = embree.query_arguments(), embree.all_lanes()
         occluded, reach_rows = embree.address(f"rtcOccluded{self._lanes}"), reach_kernel(self._lanes)
+        scenes = [(self._embree.handle, row, toward, out)]
+        placed = self._placed(camera, pose[None], np.array([stamp]))
+        if placed is not None:
+            for number, handle in enumerate(placed.handles):
+                own = placed.rows[0, number]
+                turned = own[:9].reshape(3, 3) @ row[:9].reshape(3, 3).T @ toward
+                scenes.append((int(handle), own, turned, np.empty(camera.shape, np.uint8)))
         threads = threads or core_count()
         cuts = np.linspace(0, camera.height, threads + 1).astype(int)
 
         def work(index: int) -> None:
             packet = embree.aligned((FIELDS * self._lanes,), np.float32)
-            reach_rows(
-                cuts[index], cuts[index + 1], occluded, handle, arguments, valid, packet, row, toward,
-                camera.rays[0], camera.rays[1], depth, out,
-            )  # fmt: skip
+            for handle, frame, light, free in scenes:
+                reach_rows(
+                    cuts[index], cuts[index + 1], occluded, handle, arguments, valid, packet, frame, light,
+                    camera.rays[0], camera.rays[1], depth, free,
+                )  # fmt: skip
 
         run_threads(work, threads)
+        for *_, free in scenes[1:]:
+            out &= free
         return out
+
+    def _placed(self, camera: Camera, pose: NDArray[np.float64], stamps: NDArray[np.float64]) -> Placed | None:
+        """The objects that move, in front of a camera at ``pose``, (1 or H, 4, 4)."""
+        if not self._objects:
+            return None
+        return Placed(self.scene.movers, stamps, pose, camera.baseline, self._middle, self._objects)
 
     def _cast_tiles(
         self,
@@ -146,27 +189,41 @@ class Caster:
         out: Geometry,
         right: bool,
         threads: int,
+        placed: Placed | None,
     ) -> None:
         from depthsim.raycast.kernel import cast_kernel
         from depthsim.raycast.packet import FIELDS, PIXELS
 
         assert self._embree is not None
-        lanes, cast_tiles = self._lanes, cast_kernel(self._lanes)
+        lanes, cast_tiles = self._lanes, cast_kernel(self._lanes, placed is not None)
         scene, arguments, valid = self._embree.handle, embree.query_arguments(), embree.all_lanes()
         intersect, occluded = embree.address(f"rtcIntersect{lanes}"), embree.address(f"rtcOccluded{lanes}")
         counter = np.zeros(1, np.int64)
         right_sees = out.right_sees if right and out.right_sees is not None else np.empty((0, 0), np.uint8)
         baseline = np.float32(camera.baseline)
+        objects = _NO_OBJECTS
+        if placed is not None:
+            objects = (placed.rows, placed.handles, placed.first_faces, placed.boxes)
 
         def work(_: int) -> None:
             packets, shadows = (embree.aligned((PIXELS // lanes, FIELDS * lanes), np.float32) for _ in range(2))
             turns = embree.aligned((PIXELS // lanes, 9 * lanes), np.float32)
+            frames = embree.aligned((PIXELS // lanes, objects[0].shape[1], 12 * lanes), np.float32)
             cast_tiles(
                 counter, intersect, occluded, scene, arguments, valid, packets, shadows, turns,
                 tiles, pose, baseline, self._face_tags, out.depth, out.face, out.cosine, out.tag, right_sees,
+                frames, *objects,
             )  # fmt: skip
 
         run_threads(work, threads)
+
+
+_NO_OBJECTS = (
+    np.empty((1, 0, 12), np.float32),
+    np.empty(0, np.int64),
+    np.empty(0, np.int32),
+    np.empty((2, 0, 4), np.float32),
+)
 
 
 @lru_cache(maxsize=8)
@@ -188,7 +245,10 @@ def _checked_bounds(scene: Scene) -> NDArray[np.float64]:
         raise ValueError(f"scene {scene.name!r} has {len(scene.faces)} faces, but {len(scene.face_tags)} tags of faces")
     used = np.zeros(count, np.bool_)
     used[scene.faces] = True
-    vertices = scene.vertices[used]
-    if not np.isfinite(vertices).all():
+    if not np.isfinite(scene.vertices[used]).all():
         raise ValueError(f"scene {scene.name!r} has a vertex that is not finite")
+    if not scene.standing[1]:
+        raise ValueError(f"in scene {scene.name!r} everything moves")
+    used[scene.standing[0] :] = False
+    vertices = scene.vertices[used]
     return np.stack([vertices.min(axis=0), vertices.max(axis=0)])

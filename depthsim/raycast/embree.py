@@ -125,13 +125,18 @@ def query_arguments() -> NDArray[np.int32]:
 
 
 class EmbreeScene:
-    """The acceleration structure over triangles; it keeps the two arrays, which Embree reads in place."""
+    """The acceleration structure over triangles; it keeps the two arrays, which Embree reads in place.
+
+    centre, radius: of a sphere about all vertices [m].
+    """
 
     def __init__(self, vertices: NDArray[np.float64], faces: NDArray[np.uint32]) -> None:
         library = _library()
         # Embree reads 16 bytes a vertex, so one more row stands behind the last.
         self._vertices = np.zeros((len(vertices) + 1, 3), np.float32)
         self._vertices[:-1] = vertices
+        low, high = (vertices.min(axis=0), vertices.max(axis=0)) if len(vertices) else (np.zeros(3), np.zeros(3))
+        self.centre, self.radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
         self._faces = np.ascontiguousarray(faces, np.uint32)
         device = _device()
         self.handle = int(library.rtcNewScene(device))

@@ -61,6 +61,9 @@ class Geometry:
         """Where a ray hit something."""
         return self.face != NO_FACE
 
-    def normals(self, scene: Scene) -> NDArray[np.float32]:
-        """Unit geometric normals in the world, float32 with a last axis of 3, as the winding has them; 0 = no hit."""
-        return np.where(self.hit[..., None], scene.normals[np.maximum(self.face, 0)], np.float32(0))
+    def normals(self, scene: Scene, stamp: float = 0.0) -> NDArray[np.float32]:
+        """Unit geometric normals in the world, float32 with a last axis of 3, as the winding has them; 0 = no hit.
+
+        stamp: when, for objects that move [s].
+        """
+        return np.where(self.hit[..., None], scene.normals_at(stamp)[np.maximum(self.face, 0)], np.float32(0))

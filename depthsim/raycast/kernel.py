@@ -32,6 +32,7 @@ from depthsim.raycast.packet import (
     PIXELS,
     PRIMITIVE,
     TILE,
+    TOWARD,
 )
 
 _NONE = np.int32(-1)
@@ -112,6 +113,93 @@ def _nudge(lanes, packet, turn):
         store(at, load_floats(at, lanes) + step * (load_floats(row, lanes) + load_floats(row + field, lanes)))
 
 
+@kernel
+def _place_objects(lanes, across, frames, rows, v0):
+    """Write out for every lane how the imager is turned in the frame of each object, and where, from row ``v0`` on."""
+    down, beside = lanes // across, TILE // across
+    for part in range(PIXELS // lanes):
+        for number in range(rows.shape[1]):
+            for lane in range(lanes):
+                k = min(v0 + part // beside * down + lane // across, rows.shape[0] - 1)
+                for n in range(12):
+                    frames[part, number, n * lanes + lane] = rows[k, number, n]
+
+
+@inlined
+def _may_meet(lanes, packet, every, x, y, box):
+    """How many lanes of the mask ``every`` go towards an object, their rays (x, y, 1); their mask is in TOWARD.
+
+    box: (4,) what the object covers at z = 1: first and last x, first and last y.
+    """
+    none = spread(np.int32(0), lanes)
+    across = choose(x > box[0], choose(x < box[1], load_ints(every, lanes), none), none)
+    toward = choose(y > box[2], choose(y < box[3], across, none), none)
+    store(packet + TOWARD * 4 * lanes, toward)
+    return count_true(toward == _NONE)
+
+
+@inlined
+def _turn_into(lanes, packet, frame, x, y, offset):
+    """Aim a packet's rays (x, y, 1) in another frame, from ``offset`` along the camera's x there."""
+    field = 4 * lanes
+    for axis in range(3):
+        row = frame + 3 * axis * field
+        sideways = load_floats(row, lanes)
+        toward = sideways * x + load_floats(row + field, lanes) * y + load_floats(row + 2 * field, lanes)
+        store(packet + (DIRECTION_X + axis) * field, toward)
+        store(packet + (ORIGIN_X + axis) * field, load_floats(frame + (9 + axis) * field, lanes) + sideways * offset)
+
+
+@inlined
+def _meet_objects(lanes, query, how, packet, every, x, y, offset, frame, handles, boxes):
+    """Cast rays into each object that they may meet, in its frame, and turn them back into the world.
+
+    INSTANCE has the number of the object that a ray has met, where it has. every: address of the lanes' mask.
+    """
+    field, turned = 4 * lanes, False
+    for number in range(handles.size):
+        if _may_meet(lanes, packet, every, x, y, boxes[number]) == 0:
+            continue
+        turned = True
+        _turn_into(lanes, packet, frame + number * 12 * field, x, y, offset)
+        far, before = load_floats(packet + FAR * field, lanes), load_ints(packet + INSTANCE * field, lanes)
+        call_embree(query, packet + TOWARD * field, handles[number], packet, how)
+        nearer = load_floats(packet + FAR * field, lanes) < far
+        store(packet + INSTANCE * field, choose(nearer, spread(np.int32(number), lanes), before))
+    if turned:
+        _turn_into(lanes, packet, frame + handles.size * 12 * field, x, y, offset)
+
+
+@inlined
+def _on_object(lanes, packet):
+    """How many lanes met an object that moves."""
+    return lanes - count_true(load_ints(packet + INSTANCE * 4 * lanes, lanes) == _NONE)
+
+
+@kernel
+def _turn_hits(lanes, packet, frames, first_faces):
+    """Of the lanes that met an object that moves, turn the normal into the world and count the face in the scene.
+
+    An object's frame is turned into the camera's, and that into the world.
+    """
+    world = frames[first_faces.size]
+    for lane in range(lanes):
+        number = float_bits(packet[INSTANCE * lanes + lane])
+        if number < 0:
+            continue
+        own = frames[number]
+        x, y, z = packet[NORMAL_X * lanes + lane], packet[NORMAL_Y * lanes + lane], packet[NORMAL_Z * lanes + lane]
+        cx = own[lane] * x + own[3 * lanes + lane] * y + own[6 * lanes + lane] * z
+        cy = own[lanes + lane] * x + own[4 * lanes + lane] * y + own[7 * lanes + lane] * z
+        cz = own[2 * lanes + lane] * x + own[5 * lanes + lane] * y + own[8 * lanes + lane] * z
+        for axis in range(3):
+            row = 3 * axis * lanes + lane
+            turned = world[row] * cx + world[row + lanes] * cy + world[row + 2 * lanes] * cz
+            packet[(NORMAL_X + axis) * lanes + lane] = turned
+        met = float_bits(packet[PRIMITIVE * lanes + lane]) + first_faces[number]
+        packet[PRIMITIVE * lanes + lane] = bits_float(met)
+
+
 @inlined
 def _finish(lanes, packet):
     """Work out the cosine of incidence, into a field that nobody reads, and clear what a miss left behind."""
@@ -154,8 +242,11 @@ def _mark_seen(lanes, packet, shadow):
 
 
 @cache
-def cast_kernel(lanes: int) -> Any:
-    """The kernel for packets of ``lanes`` rays: 16, 8 or 4."""
+def cast_kernel(lanes: int, moving: bool = False) -> Any:
+    """The kernel for packets of ``lanes`` rays: 16, 8 or 4. moving: for a scene with objects that move.
+
+    What moves is met first; then, no farther than that, what stands, for which Embree sets INSTANCE back to -1.
+    """
     across, parts = ACROSS[lanes], PIXELS // lanes
     down, beside = lanes // across, TILE // across
 
@@ -163,6 +254,7 @@ def cast_kernel(lanes: int) -> Any:
     def cast_tiles(
         counter, intersect, occluded, scene, arguments, valid, packets, shadows, turns,
         rays, pose, baseline, face_tags, depth, face, cosine, tag, right_sees,
+        frames, rows, handles, first_faces, boxes,
     ):  # fmt: skip
         """Cast rows of tiles until ``counter`` has passed the last; threads that share the counter share the work.
 
@@ -172,19 +264,26 @@ def cast_kernel(lanes: int) -> Any:
         pose: (K, 12), rotation row by row, then translation; K is 1, or H for a pose a row (rolling shutter).
         face_tags: tag of face f at f + 1, so that a miss, face -1, needs no test.
         depth, face, cosine, tag: (H, W), written. right_sees: the same, or without pixels where it is not wanted.
+        frames: (16 / lanes, objects + 1, 12 * lanes), scratch. rows and on: of
+        :class:`~depthsim.raycast.placed.Placed`. These five are not looked at where nothing moves.
         """
         height, width = depth.shape
         field = 4 * lanes  # [bytes]
         first_packet, first_shadow, first_turn = packets.ctypes.data, shadows.ctypes.data, turns.ctypes.data
         every_lane, how = valid.ctypes.data, arguments.ctypes.data
         first_depth, first_cosine, first_face = depth.ctypes.data, cosine.ctypes.data, face.ctypes.data
+        first_frame, frame_pace = frames.ctypes.data, 12 * field * frames.shape[1]
         pace, plane = FIELDS * field, 4 * PIXELS * rays.shape[1] * rays.shape[2]
+        if moving:
+            _place_objects(lanes, across, frames, rows, 0)
         while True:
             row = fetch_add(counter.ctypes.data, 1)
             v0 = TILE * row
             if v0 >= height:
                 break
             _place(lanes, across, packets, shadows, turns, pose, v0, baseline)
+            if moving and rows.shape[0] > 1:
+                _place_objects(lanes, across, frames, rows, v0)
             for column in range((width + TILE - 1) // TILE):
                 u0 = TILE * column
                 whole = v0 + TILE <= height and u0 + TILE <= width
@@ -195,6 +294,11 @@ def cast_kernel(lanes: int) -> Any:
                     _aim(lanes, packet, turn, ray + part * field, plane)
                     store(packet + FAR * field, spread(_FAR_AWAY, lanes))
                     store(packet + GEOMETRY * field, spread(_NONE, lanes))
+                    if moving:
+                        x, y = load_floats(ray + part * field, lanes), load_floats(ray + part * field + plane, lanes)
+                        store(packet + INSTANCE * field, spread(_NONE, lanes))
+                        frame = first_frame + part * frame_pace
+                        _meet_objects(lanes, intersect, how, packet, every_lane, x, y, _ZERO, frame, handles, boxes[0])
                     call_embree(intersect, every_lane, scene, packet, how)
                     missed += count_true(_missed(lanes, packet))
                 # Where most of the rays miss, it is because nothing is there; a tile at the border counts its copies.
@@ -203,9 +307,16 @@ def cast_kernel(lanes: int) -> Any:
                         packet, turn = first_packet + part * pace, first_turn + part * 9 * field
                         _nudge(lanes, packet, turn)
                         call_embree(intersect, packet + MISSED * field, scene, packet, how)
+                        if moving:
+                            x = load_floats(ray + part * field, lanes) + NUDGE
+                            y = load_floats(ray + part * field + plane, lanes) + NUDGE
+                            frame, mask = first_frame + part * frame_pace, packet + MISSED * field
+                            _meet_objects(lanes, intersect, how, packet, mask, x, y, _ZERO, frame, handles, boxes[0])
                 for part in range(parts):
                     packet, turn = first_packet + part * pace, first_turn + part * 9 * field
                     v, u = v0 + part // beside * down, u0 + part % beside * across
+                    if moving and _on_object(lanes, packet) > 0:
+                        _turn_hits(lanes, packets[part], frames[part], first_faces)
                     _finish(lanes, packet)
                     if whole:
                         for j in range(down):
@@ -228,6 +339,14 @@ def cast_kernel(lanes: int) -> Any:
                         shadow = first_shadow + part * pace
                         _look_from_right(lanes, packet, shadow, turn, baseline)
                         call_embree(occluded, every_lane, scene, shadow, how)
+                        if moving:
+                            z = load_floats(packet + FAR * field, lanes)
+                            x = load_floats(ray + part * field, lanes) - choose(z > _ZERO, baseline / z, _ZERO)
+                            y = load_floats(ray + part * field + plane, lanes)
+                            frame = first_frame + part * frame_pace
+                            _meet_objects(
+                                lanes, occluded, how, shadow, every_lane, x, y, baseline, frame, handles, boxes[1]
+                            )
                         _mark_seen(lanes, packet, shadow)
                         for j in range(min(down, height - v)):
                             for i in range(min(across, width - u)):

@@ -6,6 +6,8 @@ ORIGIN_X, ORIGIN_Y, ORIGIN_Z, NEAR, DIRECTION_X, DIRECTION_Y, DIRECTION_Z, TIME,
 """The fields of RTCRayN, the first part of RTCRayHitN; field f of lane i stands at f · N + i."""
 NORMAL_X, NORMAL_Y, NORMAL_Z, BARYCENTRIC, _BARYCENTRIC_V, PRIMITIVE, GEOMETRY, INSTANCE = range(12, 20)
 MISSED = 21
+TOWARD = 20
+"""Embree writes there, if at all, once a ray has met something, and nobody reads it."""
 
 TILE = 4
 """A tile is 4x4 pixels, whatever a packet holds, so that what is decided by the tile does not depend on the processor.

@@ -3,10 +3,10 @@
 import math
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from depthsim.trajectory.poses import GAP, TOLERANCE, Trajectory
 from depthsim.trajectory.tum import read_tum
 from depthsim.yamlfile import beside, read_mapping, read_text
 
+if TYPE_CHECKING:
+    from depthsim.runs.objects import RunInstance
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -26,7 +29,8 @@ class Run:
 
     files: the depth file of each frame. rgb_files: the intensity image nearest in time to each frame, None where
     there is none within half a frame. trajectory: the camera at the frames' stamps; truth: all poses of
-    groundtruth.txt, which may be denser. meta: run.yaml, {} without one.
+    groundtruth.txt, which may be denser. meta: run.yaml, {} without one. left_out: numbers of objects that
+    :meth:`mask` leaves out.
 
     Every method takes the number of a frame and raises :class:`InputError` for a picture that is damaged or does not
     fit the camera.
@@ -39,6 +43,7 @@ class Run:
     files: tuple[Path, ...]
     rgb_files: tuple[Path | None, ...]
     meta: dict[str, Any]
+    left_out: frozenset[int] = frozenset()
 
     @classmethod
     def open(cls, path: str | Path, *, posed: bool = True) -> "Run":
@@ -116,7 +121,7 @@ class Run:
         return tuple(map(str, tags))
 
     def has(self, stream: str) -> bool:
-        """Whether every frame has its picture in ``stream``: depth, clean, material, normal, mask or rgb."""
+        """Whether every frame has its picture in ``stream``: depth, clean, material, normal, instance, mask or rgb."""
         return all(self._file(stream, index) is not None for index in range(len(self)))
 
     def depth_raw(self, index: int) -> NDArray[np.uint16]:
@@ -140,6 +145,18 @@ class Run:
         """(height, width) places in :attr:`tags`; 255 where nothing was hit."""
         return self._bytes("material", index, "8-bit grey", (2,))
 
+    def instance(self, index: int) -> NDArray[np.uint16] | None:
+        """(height, width) numbers of objects in :attr:`instances`; 0 where nothing was hit."""
+        file = self._file("instance", index)
+        return None if file is None else self._depth(file, "the numbers of objects")
+
+    @cached_property
+    def instances(self) -> "dict[int, RunInstance]":
+        """The objects of instances.yaml by their numbers; none without it."""
+        from depthsim.runs.objects import read_instances
+
+        return read_instances(self.path)
+
     def normal(self, index: int) -> NDArray[np.float32] | None:
         """(height, width, 3) unit normals in the world; zero where nothing was hit."""
         picture = self._bytes("normal", index, "8-bit RGB", (3,))
@@ -150,12 +167,38 @@ class Run:
         return self._bytes("rgb", index, "8-bit", (2, 3))
 
     def mask(self, index: int) -> NDArray[np.bool_] | None:
-        """(height, width): where the scene may be trusted; None for a run without masks."""
+        """(height, width): where the scene may be trusted, and no object is left out; None for a run without masks."""
         file = self._file("mask", index)
-        if file is None:
-            return None
-        picture = self._picture(file)
-        return np.asarray(picture.reshape(*self.camera.shape, -1).any(axis=2))
+        trusted = None
+        if file is not None:
+            trusted = np.asarray(self._picture(file).reshape(*self.camera.shape, -1).any(axis=2))
+        if not self.left_out:
+            return trusted
+        shown = self.instance(index)
+        assert shown is not None  # or nothing could be left out
+        seen = np.isin(shown, list(self.left_out), invert=True)
+        return seen if trusted is None else trusted & seen
+
+    def looking_at(self, objects: Iterable[str] = (), without: Iterable[str] = ()) -> "Run":
+        """The same run with masks that leave out all but some ``objects``, where any are named, and those ``without``.
+
+        Raises :class:`InputError` for a run that has no pictures of objects, and for names that it does not know.
+        """
+        only, hidden = list(objects), list(without)
+        if not only and not hidden:
+            return self
+        if not self.has("instance") or not self.instances:
+            fix = "make the run with `instances`, or write instance/ and instances.yaml"
+            raise InputError(self.path, "", "has no pictures of its objects", fix)
+        numbers = {one.name: number for number, one in self.instances.items()}
+        for name in (*only, *hidden):
+            if name not in numbers:
+                fix = f"the objects are {', '.join(numbers)[:300]}"
+                raise InputError(self.path, "instances.yaml", f"there is no object {name[:80]!r}", fix)
+        others = {number for name, number in numbers.items() if only and name not in only}
+        # What is no object is not one of those that are asked for.
+        nothing = {0} if only else set()
+        return replace(self, left_out=frozenset(others | nothing | {numbers[name] for name in hidden}))
 
     @cached_property
     def _metres(self) -> NDArray[np.float32]:
@@ -180,10 +223,10 @@ class Run:
             raise InputError(file, "", f"is {size}, the camera is {wanted}", f"correct the file or {layout.CAMERA}")
         return picture
 
-    def _depth(self, file: Path) -> NDArray[np.uint16]:
+    def _depth(self, file: Path, what: str = "depth") -> NDArray[np.uint16]:
         picture = self._picture(file)
         if picture.dtype != np.uint16 or picture.ndim != 2:
-            raise InputError(file, "", f"is {_kind(picture)}, not 16-bit grey", "write depth as a 16-bit grey PNG")
+            raise InputError(file, "", f"is {_kind(picture)}, not 16-bit grey", f"write {what} as a 16-bit grey PNG")
         return picture.astype(np.uint16, copy=False)
 
     def _bytes(self, stream: str, index: int, kind: str, dimensions: tuple[int, ...]) -> NDArray[np.uint8] | None:

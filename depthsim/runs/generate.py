@@ -1,5 +1,6 @@
 """From a scene, a trajectory and a sensor to a run on disk."""
 
+import logging
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -7,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from depthsim import __version__
@@ -17,6 +19,7 @@ from depthsim.materials import Materials, load_materials
 from depthsim.parallel import core_count
 from depthsim.presets import load_camera
 from depthsim.raycast import Caster
+from depthsim.runs.objects import object_files, object_remarks
 from depthsim.runs.writer import RunWriter
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
@@ -27,9 +30,11 @@ from depthsim.sensor.pipeline import measuring_camera, stored_camera, to_depth_r
 from depthsim.sensor.sensor import Measurement
 from depthsim.trajectory import Trajectory, load_trajectory
 
-STREAMS = ("depth", "clean", "material", "rgb", "normal", "ir_left", "ir_right")
-"""What can be written of a frame; `normal` and `ir_*` only where they are asked for, `ir_*` only of active stereo."""
-IR_STREAMS = STREAMS[5:]
+_log = logging.getLogger(__name__)
+STREAMS = ("depth", "clean", "material", "rgb", "normal", "instance", "ir_left", "ir_right")
+"""What can be written of a frame; `normal` and `ir_*` only where they are asked for, `ir_*` only of active stereo;
+`instance` where it is asked for, or where objects move and nothing is said."""
+IR_STREAMS = STREAMS[6:]
 DEFAULT_STREAMS: tuple[str, ...] = STREAMS[:4]
 
 
@@ -53,7 +58,7 @@ def generate(
     truth: Trajectory | None = None,
     materials: str | Path | Materials | None = None,
     seed: int = 0,
-    streams: tuple[str, ...] = DEFAULT_STREAMS,
+    streams: tuple[str, ...] | None = None,
     threads: int | None = None,
     overwrite: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
@@ -74,12 +79,17 @@ def generate(
 
     truth: all poses on the way, where more are known than those of the frames: groundtruth.txt has them, and effects of
     time and motion go along them. Without it the camera goes straight from frame to frame.
-    streams: which pictures to write, from :data:`STREAMS`; depth is always among them.
+    streams: which pictures to write, from :data:`STREAMS`; depth is always among them. :data:`DEFAULT_STREAMS` if None,
+    and `instance` where objects move. Where they do, or with `instance`, the run says what objects there are
+    (instances.yaml) and where they were at each frame (objects/NAME.txt); what is odd about their paths is logged.
     progress: called with the frames that are done and the frames in all.
     caster: of ``scene``, where there is one already. save: puts the scene into the folder in its own way.
     Raises :class:`InputError` for anything that cannot be read, and for a folder that holds something else.
     """
     out, materials, profile = Path(out), load_materials(materials), load_profile(profile)
+    scene = load_scene(scene, materials=materials)
+    if streams is None:
+        streams = (*DEFAULT_STREAMS, *(("instance",) if scene.movers else ()))
     if profile.stereo is None and set(IR_STREAMS) & set(streams):
         raise InputError(profile.name, "", "is a sensor without infrared images", "give one of active stereo")
     camera = load_camera(camera or profile.camera or "d435")
@@ -87,17 +97,24 @@ def generate(
     if stored.shape != measuring_camera(camera, profile.effects).shape and set(IR_STREAMS) & set(streams):
         fix = "leave out `ir`, or the effects that resize the depth"
         raise InputError(camera.name, "", "stores depth pictures of another size than the infrared ones", fix)
-    scene = load_scene(scene, materials=materials)
     if scene.look is not None and "rgb" not in streams and profile.stereo is None:
         scene = replace(scene, look=None)  # so that textures need not be there
     rate = None if isinstance(trajectory, Trajectory) else camera.rate
     path = load_trajectory(trajectory, scene, rate, frames)
+    scene = scene.started(float(np.round(path.stamps[0], 6)))
     record = _describe(scene, profile, materials, seed)
-    with RunWriter(out, stored, path, record, streams, truth=truth, overwrite=overwrite) as writer:
+    texts = {}
+    if scene.movers or "instance" in streams:
+        texts = object_files(scene, np.round(path.stamps, 6) + 0.0)
+    with RunWriter(out, stored, path, record, streams, truth=truth, texts=texts, overwrite=overwrite) as writer:
         missing, total = writer.missing(), len(path)
         progress(total - len(missing), total)
         if missing:
             save(scene, out)
+            if scene.movers:
+                caster = caster.retagged(scene) if caster else Caster(scene)
+                for remark in object_remarks(scene, writer.trajectory.stamps, caster):
+                    _log.info("%s: %s", out, remark)
             sensor = Sensor(caster or scene, camera, profile, materials)
             maker = FrameMaker(
                 sensor, writer.trajectory, seed, streams, writer.truth
@@ -159,13 +176,14 @@ class FrameMaker:
             out=previous,
         )
         self._buffers.measurement = measured
-        scene, camera = sensor.caster.scene, measured.camera
+        scene, camera, stamp = sensor.caster.scene, measured.camera, float(self._stamps[index])
         makers: dict[str, Callable[[], NDArray[Any]]] = {
             "depth": lambda: measured.depth_raw,
             "clean": lambda: to_depth_raw(measured.clean.depth, camera),
             "material": lambda: measured.clean.tag,
-            "rgb": lambda: color_image(measured.clean, camera, pose, scene, sensor.materials, threads=1),
-            "normal": lambda: measured.clean.normals(scene),
+            "rgb": lambda: color_image(measured.clean, camera, pose, scene, sensor.materials, 1, stamp),
+            "normal": lambda: measured.clean.normals(scene, stamp),
+            "instance": lambda: scene.instance_of_face[measured.clean.face + 1],
         }
         if measured.left is not None and measured.right is not None:
             left, right = measured.left, measured.right

@@ -1,13 +1,15 @@
 """The names in a run folder and what its pictures hold; the reader and the writer share them.
 
     camera.yaml  run.yaml  groundtruth.txt  depth.txt [clean.txt rgb.txt ir_left.txt ir_right.txt preview.png]
-    depth/ [clean/ material/ normal/ rgb/ mask/ ir_left/ ir_right/]
+    depth/ [clean/ material/ normal/ instance/ rgb/ mask/ ir_left/ ir_right/]  [instances.yaml objects/]
 
 depth/, clean/   16-bit grey, units of the camera's depth_scale; 0 is a hole or nothing hit, 65535 too far
 material/        8-bit grey, the place of the material in ``tags`` of run.yaml; 255 is nothing hit
 normal/          8-bit RGB, round((n + 1) * 127) of the unit normal in the world; 127 127 127 is nothing hit.
                  The direction is within 0.4 degrees; 16 bits would be twice the size of the depth, and Pillow and
                  many others cannot read 16-bit RGB.
+instance/        16-bit grey, the number of the object in instances.yaml; 0 is nothing hit
+objects/         where what moves is: NAME.txt, its poses at the frames, as TUM has them; NAME.ply, its mesh
 rgb/             8-bit grey or RGB
 ir_left/, ir_right/  8-bit grey, the rectified pair that active stereo matched
 mask/            any grey or RGB, non-zero where the scene may be trusted
@@ -21,19 +23,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 DEPTH = "depth"
-STREAMS = ("clean", "material", "normal", "rgb", "ir_left", "ir_right", DEPTH)
+STREAMS = ("clean", "material", "normal", "instance", "rgb", "ir_left", "ir_right", DEPTH)
 """In the order in which a frame is written: where its depth is, the rest is."""
 DTYPES = {"clean": np.uint16, "material": np.uint8, "normal": np.uint8, "rgb": np.uint8, DEPTH: np.uint16}
-DTYPES |= {"ir_left": np.uint8, "ir_right": np.uint8}
+DTYPES |= {"instance": np.uint16, "ir_left": np.uint8, "ir_right": np.uint8}
 DIMENSIONS = {"clean": (2,), "material": (2,), "normal": (3,), "rgb": (2, 3), DEPTH: (2,)}
-DIMENSIONS |= {"ir_left": (2,), "ir_right": (2,)}
+DIMENSIONS |= {"instance": (2,), "ir_left": (2,), "ir_right": (2,)}
 LISTED = ("clean", "rgb", "ir_left", "ir_right", DEPTH)
 """The streams with a NAME.txt, for programs that take TUM RGB-D folders."""
-SIDECARS = ("clean", "material", "normal", "mask")
+SIDECARS = ("clean", "material", "normal", "instance", "mask")
 """The streams that are read under the names of the depth files."""
 
 CAMERA, RECORD, GROUND_TRUTH = "camera.yaml", "run.yaml", "groundtruth.txt"
 PREVIEW = "preview.png"
+OBJECTS, INSTANCES = "objects", "instances.yaml"
 SCENES = ("scene.yaml", "scene.obj", "scene.glb", "scene.ply")
 
 SATURATED = 65535

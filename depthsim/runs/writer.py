@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.errors import InputError
+from depthsim.moving import NAME
 from depthsim.runs import layout
 from depthsim.runs.png import encode_png, is_whole_png
 from depthsim.runs.storing import LOCK, FolderLock, cannot_write, is_leftover, make_folder, write_whole
@@ -31,6 +33,7 @@ class RunWriter:
     truth: all poses on the way, where more are known than those of the frames; the frames' are then interpolated in it.
     record: what the run was made from, as plain values; it becomes run.yaml. ``tags`` lists the tags of material/.
     streams: what is written for every frame, of ``layout.STREAMS``; depth always is.
+    texts: more files, by name, that another call must find as they are.
     overwrite: first remove what another run left in the folder, and nothing else.
 
     Raises :class:`InputError` where the folder holds something else or another run (named by the key that differs),
@@ -47,6 +50,7 @@ class RunWriter:
         streams: tuple[str, ...] = (layout.DEPTH,),
         *,
         truth: Trajectory | None = None,
+        texts: Mapping[str, str] = MappingProxyType({}),
         overwrite: bool = False,
     ) -> None:
         unknown = set(streams) - set(layout.STREAMS)
@@ -66,6 +70,7 @@ class RunWriter:
         try:
             if overwrite:
                 _remove_frames(self.path)
+            self._texts = texts
             self._begin({"frames": len(self.trajectory), "streams": list(self.streams), **record}, overwrite)
         except OSError as error:
             self.close()
@@ -80,6 +85,7 @@ class RunWriter:
             layout.RECORD: _record_text(record),
             layout.CAMERA: self.camera.to_yaml(),
             layout.GROUND_TRUTH: tum_text(self.truth),
+            **self._texts,
         }
         there = {name: read_text(self.path / name, name) for name in texts if (self.path / name).exists()}
         for name, text in there.items():
@@ -87,6 +93,7 @@ class RunWriter:
                 _check_same(self.path / name, text, texts[name])
         for name, text in texts.items():
             if there.get(name) != text:
+                make_folder((self.path / name).parent)
                 write_whole(self.path / name, text.encode())
         for folder in (self.path, *(self.path / stream for stream in self.streams)):
             make_folder(folder)
@@ -220,17 +227,23 @@ def _remove_lists(path: Path) -> None:
         (path / name).unlink(missing_ok=True)
 
 
+def _is_object(stream: str, file: Path) -> bool:
+    stem = file.name.removesuffix(".txt").removesuffix(".motion").removesuffix(".ply")
+    return stream == layout.OBJECTS and stem != file.name and NAME.fullmatch(stem) is not None
+
+
 def _remove_frames(path: Path) -> None:
     """Remove what was made for a run, and no other file; run.yaml stays to the last and is written over."""
     _remove_lists(path)
     (path / layout.PREVIEW).unlink(missing_ok=True)
-    for stream in layout.STREAMS:
+    (path / layout.INSTANCES).unlink(missing_ok=True)
+    for stream in (*layout.STREAMS, layout.OBJECTS):
         folder = path / stream
         if folder.is_symlink():
             raise InputError(folder, "", "is a link to another folder", "remove it yourself")
         if folder.is_dir():
             for file in folder.iterdir():
-                if _FRAME.fullmatch(file.name) or is_leftover(file.name):
+                if _FRAME.fullmatch(file.name) or is_leftover(file.name) or _is_object(stream, file):
                     file.unlink()
             if not any(folder.iterdir()):
                 folder.rmdir()

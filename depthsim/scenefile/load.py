@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from depthsim.errors import InputError
-from depthsim.look import joined
+from depthsim.look import Look, joined
 from depthsim.materials import Materials, load_materials
 from depthsim.scene import NO_TAG, Scene
-from depthsim.scenefile.parts import read_parts
+from depthsim.scenefile.parts import Parts, read_parts
 from depthsim.scenefile.tagging import check_maps, tag_of, unknown_names
 
 
@@ -61,5 +61,18 @@ def load_scene(
         tags=tuple(in_use),
         trajectories=found.trajectories,
         source=found.source,
-        look=joined([part.mesh.look for part in found.parts], [len(part.mesh.faces) for part in found.parts]),
+        look=_look(found),
+        movers=found.movers,
+        instances=found.instances,
     )
+
+
+def _look(found: Parts) -> Look | None:
+    """The colours of all parts. Each that moves has textures of its own, and so has what stands, as they are saved."""
+    looks, counts = [part.mesh.look for part in found.parts], [len(part.mesh.faces) for part in found.parts]
+    if not found.travels:
+        return joined(looks, counts)
+    standing = len(looks) - len(found.travels)
+    rest = joined(looks[:standing], counts[:standing])
+    every = [None if look is None else look.compact() for look in (rest, *looks[standing:])]
+    return joined(every, [sum(counts[:standing]), *counts[standing:]])

@@ -1,8 +1,9 @@
 """The meshes of a scene, placed in the world, with their material names still as the files have them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import count
 from pathlib import Path
 from typing import Any, get_args
 
@@ -10,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.errors import InputError
+from depthsim.moving import NAME, Instance, Mover
 from depthsim.scenefile.locate import SCENE_SUFFIXES, find_scene
 from depthsim.scenefile.mesh import Mesh, clean, read_mesh, transformed, up_of
+from depthsim.scenefile.moves import Moves, check_names, family, read_moves
 from depthsim.scenefile.raw import RawMesh
 from depthsim.scenefile.spec import METRES, Axis, MeshEntry, read_scene_file
 from depthsim.yamlfile import beside
@@ -42,17 +45,51 @@ class Part:
     """the tag map of this mesh alone"""
     read_as: str
     """the units and the up axis that its file was read with"""
+    instances: tuple[Instance, ...] = ()
+    """the objects in it"""
+
+
+@dataclass(frozen=True)
+class Travel:
+    """A part that moves: its place among the parts, and that of the mover it goes along with among the movers."""
+
+    part: int
+    moves: Moves | None
+    parent: int | None
 
 
 @dataclass(frozen=True)
 class Parts:
-    """All meshes of a scene, and what the scene file says beside them."""
+    """All meshes of a scene, and what the scene file says beside them. What moves comes last, parents first."""
 
     name: str
     source: Path
     parts: tuple[Part, ...]
     tags: Mapping[str, str]
     trajectories: dict[str, dict[str, Any]]
+    travels: tuple[Travel, ...] = ()
+
+    @property
+    def instances(self) -> tuple[Instance, ...]:
+        """The objects of all parts; none where the scene is one mesh without a name."""
+        return tuple(instance for part in self.parts for instance in part.instances)
+
+    @property
+    def movers(self) -> tuple[Mover, ...]:
+        """What moves, with its places in ``vertices`` and ``faces``."""
+        ends = np.cumsum([(len(part.mesh.vertices), len(part.mesh.faces)) for part in self.parts], axis=0)
+        found = []
+        for travel in self.travels:
+            part, moves = self.parts[travel.part], travel.moves
+            vertices, faces = (int(end) for end in ends[travel.part])
+            own = (vertices - len(part.mesh.vertices), vertices), (faces - len(part.mesh.faces), faces)
+            name = part.instances[0].name
+            if moves is None:
+                found.append(Mover(name, own[1], own[0], parent=travel.parent))
+            else:
+                keys = (moves.path, travel.parent, moves.begin, moves.repeated, moves.spec, moves.delay)
+                found.append(Mover(name, own[1], own[0], *keys))
+        return tuple(found)
 
     @cached_property
     def vertices(self) -> NDArray[np.float64]:
@@ -115,7 +152,66 @@ def _of_scene_file(path: Path, units: str | None, up: str | None) -> Parts:
             raise InputError(path, place, problem, "place fewer of them")
         placed = transformed(_upright(mesh, unit, axis), *_placement(entry))
         parts.append(Part(entry.file or entry.build or "", place, placed, entry.tags, f"{unit}, {axis} up"))
-    return Parts(spec.name or path.stem, path, tuple(parts), spec.tags, spec.trajectories)
+    parts, travels = _in_order(path, parts, entries)
+    return Parts(spec.name or path.stem, path, tuple(parts), spec.tags, spec.trajectories, travels)
+
+
+def _in_order(path: Path, parts: list[Part], entries: list[MeshEntry]) -> tuple[list[Part], tuple[Travel, ...]]:
+    """The parts with their objects, what stands before what moves."""
+    check_names([entry.name for entry in entries], path)
+    if len(entries) == 1 and entries[0].name is None and entries[0].parts is None and entries[0].moves is None:
+        return parts, ()
+    names = _names(parts, entries)
+    moves = [
+        None if entry.moves is None else read_moves(entry.moves, path, f"meshes.{i}.moves")
+        for i, entry in enumerate(entries)
+    ]
+    parents = family(names, [entry.parent for entry in entries], [one is not None for one in moves], path)
+    parts = [
+        replace(part, instances=_instances(path, part, name, entry))
+        for part, name, entry in zip(parts, names, entries, strict=True)
+    ]
+    going = [i for i in range(len(parts)) if moves[i] is not None or parents[i] is not None]
+    going.sort(key=lambda i: _depth(i, parents))
+    standing = [i for i in range(len(parts)) if i not in going]
+    if not standing:
+        raise InputError(path, "meshes", "everything moves", "leave one mesh without `moves`, such as the ground")
+    order = [*standing, *going]
+    travels = tuple(
+        Travel(order.index(i), moves[i], None if (p := parents[i]) is None else going.index(p)) for i in going
+    )
+    return [parts[i] for i in order], travels
+
+
+def _depth(number: int, parents: list[int | None]) -> int:
+    """How many ancestors that move a mesh has."""
+    parent = parents[number]
+    return 0 if parent is None else 1 + _depth(parent, parents)
+
+
+def _names(parts: list[Part], entries: list[MeshEntry]) -> list[str]:
+    """A name for every mesh: its own, or one of its file or builder that no other has."""
+    taken = {entry.name for entry in entries if entry.name is not None}
+    names = []
+    for part, entry in zip(parts, entries, strict=True):
+        stem = "".join(c if NAME.fullmatch(c) else "_" for c in Path(part.label).stem)[:56] or "mesh"
+        turns = (stem if turn == 1 else f"{stem}_{turn}" for turn in count(1))
+        name = entry.name or next(turn for turn in turns if turn not in taken)
+        taken.add(name)
+        names.append(name)
+    return names
+
+
+def _instances(path: Path, part: Part, name: str, entry: MeshEntry) -> tuple[Instance, ...]:
+    if entry.parts is None:
+        return (Instance(name, len(part.mesh.faces)),)
+    if entry.moves is not None:
+        raise InputError(path, f"{part.place}.parts", "is given of a mesh that moves", "leave it out: it is one object")
+    total = sum(faces for _, faces in entry.parts)
+    if total != len(part.mesh.faces) or min(faces for _, faces in entry.parts) < 0:
+        problem = f"counts {total} faces of {len(part.mesh.faces)}"
+        raise InputError(path, f"{part.place}.parts", problem, "correct the numbers, or leave `parts` out")
+    return tuple(Instance(one, faces) for one, faces in entry.parts)
 
 
 def _built(path: Path, place: str, entry: MeshEntry) -> Mesh:

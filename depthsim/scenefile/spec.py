@@ -45,6 +45,10 @@ class MeshEntry(BaseModel):
     scale: Annotated[Triple, BeforeValidator(_as_triple)] = Field((1.0, 1.0, 1.0), description="number or [x, y, z]")
     units: Unit | None = None
     up: Axis | None = None
+    name: str | None = Field(None, description="of the object; made from the file or builder if left out")
+    moves: dict[str, Any] | None = Field(None, description="how its frame moves in its parent's; see scenefile.moves")
+    parent: str | None = Field(None, description="the name of the mesh that it goes along with")
+    parts: list[tuple[str, int]] | None = Field(None, description="the objects in it, each with its number of faces")
 
     @model_validator(mode="after")
     def _one_source(self) -> "MeshEntry":

@@ -1,5 +1,6 @@
 """Where the camera is at any time, for the effects that ask: stamps that are off, rows one after another, motion."""
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -72,12 +73,16 @@ class Motion:
             return float(known.stamps[index - back]), self._poses[index - back]
         return stamp - back / rate, self.at(stamp - back / rate)[0]
 
-    def velocity(self, stamp: float, step: float = 5e-3) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(3,) linear [m/s] and (3,) angular [rad/s] velocity at ``stamp``, in the camera's own axes.
+    def velocity(self, stamp: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(3,) linear [m/s] and (3,) angular [rad/s] velocity at ``stamp``, in the camera's own axes."""
+        return velocity_of(self.at, stamp)
 
-        By the difference over two ``step``s [s].
-        """
-        first, middle, last = self.at([stamp - step, stamp, stamp + step])
-        linear = middle[:3, :3].T @ (last[:3, 3] - first[:3, 3]) / (2 * step)
-        turn = first[:3, :3].T @ last[:3, :3] / (4 * step)
-        return linear, np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+
+def velocity_of(
+    at: Callable[[ArrayLike], NDArray[np.float64]], stamp: float, step: float = 5e-3
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """:meth:`Motion.velocity` of what has the poses ``at``, by the difference over two ``step``s [s]."""
+    first, middle, last = at([stamp - step, stamp, stamp + step])
+    linear = middle[:3, :3].T @ (last[:3, 3] - first[:3, 3]) / (2 * step)
+    turn = first[:3, :3].T @ last[:3, :3] / (4 * step)
+    return linear, np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])

@@ -21,6 +21,7 @@ from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.exposure import Exposure
 from depthsim.sensor.frame import Frame, Surfaces
 from depthsim.sensor.past import Past
+from depthsim.sensor.posed import surfaces_at
 from depthsim.sensor.seen import Seen
 from depthsim.sensor.view import View
 
@@ -143,7 +144,7 @@ class Pipeline:
             raise ValueError("there is no scene to cast rays into")
         e, camera, bent = exposure, self.camera, bending(effects)
         if not bent:
-            return self.caster.cast(camera, e.pose, right=right, threads=e.threads, out=out)
+            return self.caster.cast(camera, e.pose, right=right, stamps=e.stamp, threads=e.threads, out=out)
         view = View(e.pose, camera.rays, camera, e.motion, e.seed, e.index, e.stamp, e.threads, e.scratch)
         for effect in bent:
             effect.bend(view)
@@ -151,7 +152,8 @@ class Pipeline:
         poses = view.pose[None]
         fits = out is not None and out.depth.size == camera.width * camera.height
         batch = out.reshaped((1, *camera.shape)) if out is not None and fits else None
-        met = self.caster.cast(camera, poses, right=right, rays=view.rays, threads=e.threads, out=batch)
+        stamps = view.stamp if view.rows is None else view.rows[None]
+        met = self.caster.cast(camera, poses, right=right, rays=view.rays, stamps=stamps, threads=e.threads, out=batch)
         return met[0]
 
     def apply(
@@ -183,8 +185,9 @@ class Pipeline:
         return to_depth_raw(frame.depth, frame.camera, frame.threads, out)
 
     def _frame(self, geometry: Geometry, depth: NDArray[np.float32], e: Exposure) -> Frame:
+        scene = surfaces_at(self.scene, e.stamp)
         return Frame(
-            depth, geometry, self.camera, self.scene, self.materials, e.motion, e.seed, e.index, e.stamp, e.threads,
+            depth, geometry, self.camera, scene, self.materials, e.motion, e.seed, e.index, e.stamp, e.threads,
             e.scratch, e.fields,
         )  # fmt: skip
 

@@ -241,12 +241,13 @@ class Seen:
         *,
         right: bool = False,
         rays: NDArray[np.float32] | None = None,
+        stamps: float | NDArray[np.float64] = 0.0,
         threads: int | None = None,
         out: Geometry | None = None,
     ) -> Geometry:
         """What rays meet, as of :meth:`~depthsim.raycast.Caster.cast`; (4, 4) without ``rays`` is the image itself.
 
-        A ray that comes out beyond the image, or where it shows nothing, meets nothing.
+        ``stamps`` make no difference. A ray that comes out beyond the image, or where it shows nothing, meets nothing.
         """
         found: Geometry = self._straight
         threads = threads or 1

@@ -156,8 +156,9 @@ class Sensor:
         """One frame.
 
         pose: (4, 4) camera to world. index: the number of the frame in its run; with ``seed`` it keys the random
-        numbers. stamp: when the frame is taken [s]. motion: the camera's path around ``stamp``, for effects of motion
-        and time; it stands still without. out: an earlier result of the same camera, to be written over.
+        numbers. stamp: when the frame is taken [s], and where objects that move are. motion: the camera's path around
+        ``stamp``, for effects of motion and time; it stands still without. out: an earlier result of the same camera,
+        to be written over.
         """
         threads, stored = threads or core_count(), self.stored_camera
         if out is not None and out.depth.shape != stored.shape:
@@ -167,7 +168,7 @@ class Sensor:
         exposure = Exposure(pose, motion, seed, index, stamp, threads, Scratch.of_thread(self._own))
         apart, before = self._bends or self._resizes, out.cast_already if out else None
         right = self._asks_right and not apart
-        cast = partial(self.caster.cast, stored, pose, right=right, threads=threads, out=before)
+        cast = partial(self.caster.cast, stored, pose, right=right, stamps=stamp, threads=threads, out=before)
         given: Geometry | Callable[[], Geometry] = cast
         if apart:
             met = getattr(self._own, "met", None)
@@ -189,7 +190,7 @@ class Sensor:
         left = right = None
         e = exposure
         if self._stereo is not None:
-            depth[:], left, right = self._stereo.measure(self._place(e.pose), e.seed, e.index, e.threads)
+            depth[:], left, right = self._stereo.measure(self._place(e.pose), e.seed, e.index, e.threads, e.stamp)
         else:
             depth[:] = met.depth
         return self._pipeline.apply(effects, met, depth, exposure, self._past), left, right

@@ -17,7 +17,8 @@ class View:
 
     pose: camera to world, (4, 4), or (height, 4, 4) for a pose a row. rays: (2, height, width) float32, x and y of
     each pixel's ray at z = 1. Effects put new arrays in their place.
-    stamp: when the frame was taken, by its own account [s]. motion: where the camera is, in time.
+    stamp: when the frame was taken, by its own account [s]. rows: when each row was, (height,) [s], where they were not
+    taken at once; objects that move are where they are then. motion: where the camera is, in time.
     scratch: memory for arrays that are done with when the frame is.
     """
 
@@ -30,6 +31,7 @@ class View:
     stamp: float
     threads: int = 1
     scratch: Scratch = field(default_factory=Scratch)
+    rows: NDArray[np.float64] | None = None
 
     def draws(self, name: str) -> Draws:
         """Random numbers of one effect."""

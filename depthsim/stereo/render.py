@@ -9,6 +9,7 @@ from depthsim.camera import Camera
 from depthsim.coloring import albedo_of
 from depthsim.draws import Draws, Seed
 from depthsim.materials import Materials
+from depthsim.moving import objects_seen
 from depthsim.parallel import split
 from depthsim.raycast import Caster, Geometry
 from depthsim.scene import NO_TAG
@@ -41,11 +42,11 @@ class Renderer:
             self._looks[index] = material.ir_reflectance, material.gloss, _TEXTURE * material.texture
 
     def render(
-        self, pose: NDArray[np.float64], seed: int | Seed, index: int, threads: int
+        self, pose: NDArray[np.float64], seed: int | Seed, index: int, threads: int, stamp: float = 0.0
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """The left and the right image, (height, width) uint8, of frame ``index`` at ``pose`` (4, 4)."""
+        """The left and right image, (height, width) uint8, of frame ``index`` at ``pose`` (4, 4) and ``stamp`` [s]."""
         settings, camera = self.settings, self.camera
-        images = [self._light(side, pose, seed, threads) for side in range(2)]
+        images = [self._light(side, pose, seed, threads, stamp) for side in range(2)]
         time, gain = imager.exposure(images, settings.imager, camera)
         left, right = (
             imager.develop(
@@ -56,36 +57,52 @@ class Renderer:
         )  # fmt: skip
         return left, right
 
-    def _light(self, side: int, pose: NDArray[np.float64], seed: int | Seed, threads: int) -> NDArray[np.float32]:
+    def _light(
+        self, side: int, pose: NDArray[np.float64], seed: int | Seed, threads: int, stamp: float
+    ) -> NDArray[np.float32]:
         """(height, width) irradiance on one imager [W/m²]."""
         eye, light, scene = self._eyes[side], self.settings.light, self.caster.scene
         offset = side * self.camera.baseline
         place = pose.copy()
         place[:3, 3] += pose[:3, 0] * offset
-        met: Geometry = self.caster.cast(eye, place, right=True, threads=threads)
+        met: Geometry = self.caster.cast(eye, place, right=True, stamps=stamp, threads=threads)
         assert met.right_sees is not None
-        row = np.concatenate([place[:3, :3].reshape(-1), place[:3, 3] - self._origin]).astype(np.float32)
         sun = np.asarray(light.sun_direction) / np.linalg.norm(light.sun_direction)
         # Without a sun its shadows are of no interest, and any picture will do.
-        sunlit = self.caster.reached(eye, place, met.depth, sun, threads) if light.sun else met.right_sees
-        # Speckle stays while surface and imager stay, and is another once the camera moves.
-        still = zlib.crc32(np.round(place * 1000).astype(np.int64).tobytes())
-        speckle = Draws(seed, f"speckle {SIDES[side]}", still, threads).normal(
-            (self.camera.height * self.camera.width,)
-        )
+        sunlit = self.caster.reached(eye, place, met.depth, sun, threads, stamp) if light.sun else met.right_sees
         samples = self.settings.imager.samples
         grain = np.array([self.settings.projector.speckle, eye.width, samples], np.float32)
         albedo = np.empty(0, np.float32)
         if scene.look is not None:
-            albedo = (albedo_of(met, eye, place, scene, threads) @ _LUMINANCE).reshape(-1)
+            albedo = (albedo_of(met, eye, place, scene, threads, stamp) @ _LUMINANCE).reshape(-1)
         out = np.empty(eye.shape, np.float32)
-        split(
-            radiance, out.size, threads, row, np.float32(1 / eye.fx), np.float32(offset), np.float32(self._source),
-            self._pattern, np.array([light.ambient, light.sun], np.float32), (pose[:3, :3].T @ sun).astype(np.float32),
-            self._looks, np.array(WAVELENGTHS, np.float32), speckle, grain, eye.rays[0].reshape(-1),
-            eye.rays[1].reshape(-1), met.depth.reshape(-1), met.face.reshape(-1), met.tag.reshape(-1),
-            met.right_sees.reshape(-1), sunlit.reshape(-1), scene.normals, albedo, out.reshape(-1), multiple=BLOCK,
-        )  # fmt: skip
+        flat = [picture.reshape(-1) for picture in (met.depth, met.face, met.tag, met.right_sees, sunlit)]
+
+        def shine(
+            start: int, stop: int, frame: NDArray[np.float64], origin: NDArray[np.float64], out: NDArray[np.float32]
+        ) -> None:
+            """Pixels ``start`` to ``stop``; ``frame``: the imager's pose in that of texture and normals, (4, 4)."""
+            row = np.concatenate([frame[:3, :3].reshape(-1), frame[:3, 3] - origin]).astype(np.float32)
+            # Speckle stays while surface and imager stay, and is another once one of them moves.
+            still = zlib.crc32(np.round(frame * 1000).astype(np.int64).tobytes())
+            pixels = self.camera.height * self.camera.width
+            speckle = Draws(seed, f"speckle {SIDES[side]}", still, threads).normal((pixels,))
+            arguments = (
+                row, np.float32(1 / eye.fx), np.float32(offset), np.float32(self._source), self._pattern,
+                np.array([light.ambient, light.sun], np.float32), (pose[:3, :3].T @ sun).astype(np.float32),
+                self._looks, np.array(WAVELENGTHS, np.float32), speckle, grain, eye.rays[0].reshape(-1),
+                eye.rays[1].reshape(-1), *flat, scene.normals, albedo, out,
+            )  # fmt: skip
+            if stop - start == out.size:
+                split(radiance, out.size, threads, *arguments, multiple=BLOCK)
+            else:
+                radiance(start, stop, *arguments)
+
+        shine(0, out.size, place, self._origin, out.reshape(-1))
+        own = np.empty(out.size if scene.movers else 0, np.float32)
+        for _, seen, beside in objects_seen(scene.movers, met.face.reshape(-1), place, stamp):
+            shine(int(seen[0]), int(seen[-1]) + 1, beside, np.zeros(3), own)
+            out.reshape(-1)[seen] = own[seen]
         return imager.gather(out, self.camera, self.settings.imager, threads)
 
 

@@ -25,13 +25,13 @@ class Stereo:
         self._matchers = threading.local()
 
     def measure(
-        self, pose: NDArray[np.float64], seed: int | Seed, index: int, threads: int
+        self, pose: NDArray[np.float64], seed: int | Seed, index: int, threads: int, stamp: float = 0.0
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.uint8]]:
         """(height, width) each: depth [m], 0 for a hole, and the left and the right image it was matched from.
 
-        pose: (4, 4) camera to world. index: the number of the frame in its run.
+        pose: (4, 4) camera to world. index: the number of the frame in its run. stamp: when [s].
         """
-        left, right = self._renderer.render(pose, seed, index, threads)
+        left, right = self._renderer.render(pose, seed, index, threads, stamp)
         depth = to_depth(self._matcher().match(left, right, threads), self._focal_baseline)
         if self._take is not None:
             depth = np.where(self._take >= 0, depth.reshape(-1)[self._take], np.float32(0))

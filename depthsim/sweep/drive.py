@@ -100,8 +100,8 @@ def begin(file: Path, target: Target) -> Plan:
 
         plan = resolve_sweep(file, keep)
         for place, folder in folders:
-            for path in sorted(folder.iterdir()):
-                target.write(f"{place}/{path.name}", path.read_bytes())
+            for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+                target.write(f"{place}/{path.relative_to(folder).as_posix()}", path.read_bytes())
     target.write(SWEEP, file.read_bytes())
     target.write(PLAN, plan.to_json().encode())  # last: from now on the target is this sweep
     return plan

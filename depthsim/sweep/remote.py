@@ -189,9 +189,13 @@ class FsspecTarget:
         """A copy of a scene's folder on this machine."""
         folder = self._scratch_folder() / f"{os.getpid()}" / name
         if not (folder / "scene.yaml").is_file():
-            make_folder(folder)
-            for file in ("scene.ply", "scene.yaml"):
-                self._files.get_file(self._at(f"{name}/{file}"), str(folder / file))
+            last = f"{name}/scene.yaml"
+            for file in (*(file for file in self._list(name) if file != last), last):
+                path = folder / file[len(name) + 1 :]
+                if ".." in path.parts:
+                    raise InputError(f"{self.url}/{file}", "", "leaves the folder of its scene", "remove that object")
+                make_folder(path.parent)
+                self._files.get_file(self._at(file), str(path))
         return folder
 
     def _scratch_folder(self) -> Path:

@@ -9,7 +9,7 @@ from depthsim.scenefile.spec import Axis, TagMap, Unit
 from depthsim.sweep.draw import Distribution
 from depthsim.yamlfile import read_model
 
-Stream = Literal["depth", "clean", "material", "rgb", "normal", "ir_left", "ir_right"]
+Stream = Literal["depth", "clean", "material", "rgb", "normal", "instance", "ir_left", "ir_right"]
 
 
 def _as_entry(value: Any) -> Any:

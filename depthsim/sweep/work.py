@@ -13,17 +13,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from depthsim.errors import InputError
 from depthsim.materials import Materials
 from depthsim.raycast import Caster
 from depthsim.runs import layout
 from depthsim.runs.generate import generate
 from depthsim.runs.png import decode_png
-from depthsim.runs.storing import LOCK, FolderLock, sha256, write_whole
+from depthsim.runs.storing import LOCK, FolderLock, make_folder, sha256, write_whole
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
+from depthsim.scenefile.save import MOTION, mesh_names, scene_text
 from depthsim.sweep.plan import Plan
 from depthsim.sweep.target import Target, Workplace, link
 from depthsim.sweep.vary import frames_of, swapped_scene, swaps_of, varied_materials, varied_path, varied_profile
@@ -135,21 +134,30 @@ class Maker:
         return self._held[number]
 
     def _save(self, scene: Scene, out: Path, *, place: Workplace, folder: str, swaps: Mapping[str, str]) -> None:
-        """The scene of a run: the sweep's own mesh under a second name, and a scene file with the draw's tags."""
+        """The scene of a run: the sweep's own meshes under a second name, and a scene file with the draw's tags."""
         if not self._plan.with_scene:
             return
-        mesh = {"file": "scene.ply", **({"tags": dict(swaps)} if swaps else {})}
-        entry = {"name": scene.name, "meshes": [mesh], "trajectories": scene.trajectories}
-        if not (out / "scene.ply").is_file():
-            link(self._target.scene_folder(folder) / "scene.ply", out / "scene.ply")
-        write_whole(out / "scene.yaml", yaml.safe_dump(entry, sort_keys=False, allow_unicode=True).encode())
+        for name in mesh_names(scene):
+            if not (out / name).is_file():
+                make_folder((out / name).parent)
+                link(self._target.scene_folder(folder) / name, out / name)
+        text = scene_text(scene, {"tags": dict(swaps)} if swaps else {})
+        write_whole(out / "scene.yaml", text.encode())
 
 
 def run_files(folder: Path, streams: tuple[str, ...]) -> list[Path]:
     """The files of a run that depend on nothing but its plan, sorted; not the mesh, which is the sweep's."""
-    names = (layout.RECORD, layout.CAMERA, layout.GROUND_TRUTH, "scene.yaml", *map(layout.list_name, layout.LISTED))
+    names = (
+        layout.RECORD,
+        layout.CAMERA,
+        layout.GROUND_TRUTH,
+        layout.INSTANCES,
+        "scene.yaml",
+        *map(layout.list_name, layout.LISTED),
+    )
     files = [folder / name for name in names if (folder / name).is_file()]
-    return sorted([*files, *(path for stream in streams for path in (folder / stream).glob("[!.]*.png"))])
+    poses = (path for path in (folder / layout.OBJECTS).glob("[!.]*.txt") if not path.name.endswith(MOTION))
+    return sorted([*files, *poses, *(path for stream in streams for path in (folder / stream).glob("[!.]*.png"))])
 
 
 def digest_of(folder: Path, streams: tuple[str, ...]) -> tuple[str, int]:

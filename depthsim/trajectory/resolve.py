@@ -1,23 +1,24 @@
 """From what a user names, to the poses of the frames."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from depthsim.errors import InputError
-from depthsim.scene import Scene
-from depthsim.scenefile.load import load_scene
 from depthsim.trajectory.motion import Motion
 from depthsim.trajectory.poses import Trajectory, frame_count, wanted_frames
 from depthsim.trajectory.spec import SHAPES, parse_spec
 from depthsim.trajectory.tum import read_tum
 from depthsim.yamlfile import read_mapping
 
+if TYPE_CHECKING:
+    from depthsim.scene import Scene
+
 
 def load_trajectory(
     choice: str | Path | Trajectory | None,
-    scene: str | Path | Scene | None = None,
+    scene: "str | Path | Scene | None" = None,
     rate: float | None = None,
     frames: int | None = None,
 ) -> Trajectory:
@@ -34,7 +35,12 @@ def load_trajectory(
     """
     if isinstance(choice, Trajectory):
         return make_trajectory(choice, rate, frames)
-    spec, file, place = _find(choice, None if scene is None else load_scene(scene))
+    known = None
+    if scene is not None:
+        from depthsim.scenefile.load import load_scene  # here, because the objects of a scene have trajectories, too
+
+        known = load_scene(scene)
+    spec, file, place = _find(choice, known)
     return make_trajectory(spec, rate, frames, str(file), place)
 
 
@@ -59,7 +65,7 @@ def make_trajectory(
         raise InputError(file, place, problem, fix) from None
 
 
-def _find(choice: str | Path | None, scene: Scene | None) -> tuple[Motion | Trajectory, Path, str]:
+def _find(choice: str | Path | None, scene: "Scene | None") -> tuple[Motion | Trajectory, Path, str]:
     """The specification, the file it is in, and the place there."""
     known = scene.trajectories if scene else {}
     home = Path(scene.source or scene.name) if scene else Path("trajectory")

@@ -8,7 +8,7 @@ Floats = NDArray[np.float64]
 _VERTICAL = 1e-12
 """A direction whose horizontal part is below this (of its length) looks straight up or down."""
 
-_OPTICAL_IN_BODY = np.array([-0.5, 0.5, -0.5, 0.5])
+OPTICAL_IN_BODY = np.array([-0.5, 0.5, -0.5, 0.5])
 """The optical frame (x right, y down, z forward) in a body frame (x forward, y left, z up)."""
 
 
@@ -76,7 +76,7 @@ def view_rotations(directions: Floats, pitch: float = 0.0) -> Floats:
     zero = np.zeros_like(azimuth)
     yaw = np.stack([zero, zero, np.sin(azimuth / 2), np.cos(azimuth / 2)], axis=1)
     raised = np.stack([zero, -np.sin(elevation / 2), zero, np.cos(elevation / 2)], axis=1)
-    quaternions = multiply(multiply(yaw, raised), _OPTICAL_IN_BODY)
+    quaternions = multiply(multiply(yaw, raised), OPTICAL_IN_BODY)
     quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
     turned = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0
     quaternions[1:] *= np.where(np.cumsum(turned) % 2 == 1, -1.0, 1.0)[:, None]

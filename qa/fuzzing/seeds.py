@@ -121,6 +121,9 @@ SCENE: dict[str, object] = {
         "up": "y"},
         {"file": "scene.glb", "tags": {"cement": "formboard"}, "scale": [1, -1, 2]},
         {"build": "wall", "translate": [0, 0, 1]},
+        {"build": "drone", "name": "a", "moves": {"file": "poses.txt", "begin": 0.5, "repeat": True}},
+        {"build": "person", "parameters": {"part": "arm"}, "name": "b", "parent": "a",
+        "moves": {"shape": "swing", "position": [0, 0, 1], "axis": [0, 1, 0], "angles": [-20, 20], "period": 1.1}},
     ],
     "trajectories": {
         "tour": {"shape": "waypoints", "speed": 0.8, "points": [[0, 0, 1.2], [2, -1, 1.4], [4, 0, 1.2]],

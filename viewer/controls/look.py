@@ -15,6 +15,8 @@ Side = Literal["recording", "sensor", "clean", "second sensor"]
 NOTHING = "nothing"
 AUTOMATIC, ALL = "as many as keep up", "all"
 _THINNINGS = {"1 in 2": 2, "1 in 4": 4, "1 in 8": 8, "1 in 16": 16}
+_FEW, _MOST = 12, 100
+"""So many objects are listed at once; and so many have a box to hide them."""
 
 
 class LookControls:
@@ -48,10 +50,18 @@ class LookControls:
             "gap on the image plane", shares, visible=shares, hint="Where in the image the gap lies, in place of depth."
         )
         self.frustum = gui.add_checkbox("camera and path", True)
+        self.objects: dict[int, viser.GuiCheckboxHandle] = {}
+        if stage.objects:
+            with gui.add_folder("objects", expand_by_default=len(stage.objects) <= _FEW):
+                for number, name in list(stage.objects.items())[:_MOST]:
+                    self.objects[number] = gui.add_checkbox(name, True)
         self.places = gui.add_button_group("look", ["over its shoulder", "through it", "from outside"])
         self.dark = gui.add_checkbox("dark", True)
-        for handle in (self.show, self.beside, self.colouring, self.mesh, self.opacity, self.points, self.share_plane):
+        chosen = (self.show, self.beside, self.colouring, self.mesh, self.opacity, self.points, self.share_plane)
+        for handle in chosen:
             handle.on_update(lambda _: changed())
+        for box in self.objects.values():
+            box.on_update(lambda _: changed())
         self.frustum.on_update(lambda _: changed())
 
     def sides(self) -> list[Side]:
@@ -72,6 +82,7 @@ class LookControls:
             frustum=self.frustum.value and not moving_by_keys,  # one looks from where it would stand
             gap_plane=self.share_plane.value,
             dark=bool(self.dark.value),
+            hidden=frozenset(number for number, handle in self.objects.items() if not handle.value),
             view=view,
         )
 

@@ -117,7 +117,7 @@ def _scene(runs: tuple[Run, Run], scene: str | Path | Scene | None, materials: M
     found = scene if scene is not None else runs[0].scene or runs[1].scene
     if found is None:
         raise InputError(runs[0].path, "", "holds no scene, nor does the other run", "put one there, or give `scene`")
-    return load_scene(found, materials=materials)
+    return load_scene(found, materials=materials).started(float(runs[0].stamps[0]))
 
 
 def _weighted(a: Evidence, b: Evidence, limit: DepthCompare) -> tuple[Floats, Floats, float]:

@@ -51,6 +51,8 @@ def diagnose(
     sensor: str | Path | Profile | Sequence[Effect] | None = None,
     out: str | Path | None = None,
     without: Sequence[str] = (),
+    objects: Sequence[str] = (),
+    without_objects: Sequence[str] = (),
     threads: int | None = None,
     materials: str | Path | Materials | None = None,
     config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
@@ -60,8 +62,9 @@ def diagnose(
 
     run: the recording, as a folder or open. scene: where it was taken; the run's own if not given. sensor: the profile
     that is compared with it, or effects alone; the run's sensor.yaml, or ``paper``. out: a folder for diagnosis.json,
-    sensor.yaml and index.html. without: effects that are left out of the bank. config: the thresholds. say: hears what
-    is being done.
+    sensor.yaml and index.html. without: effects that are left out of the bank. objects, without_objects: names of those
+    that alone are looked at, and of those that are not, in a run with pictures of its objects. config: the thresholds.
+    say: hears what is being done.
 
     Raises :class:`InputError` for a run, a scene or a profile that cannot be read, and where ``out`` holds other files
     than those of a report.
@@ -69,8 +72,9 @@ def diagnose(
     if out is not None:
         check_report_folder(Path(out))
     found = investigate(
-        run, scene=scene, sensor=sensor, without=without, threads=threads, materials=materials, config=config, say=say
-    )
+        run, scene=scene, sensor=sensor, without=without, objects=objects, without_objects=without_objects,
+        threads=threads, materials=materials, config=config, say=say,
+    )  # fmt: skip
     if out is not None:
         from depthsim.gap.depth.report.write import Named, write_report
 
@@ -88,6 +92,8 @@ def investigate(
     scene: str | Path | Scene | None = None,
     sensor: str | Path | Profile | Sequence[Effect] | None = None,
     without: Sequence[str] = (),
+    objects: Sequence[str] = (),
+    without_objects: Sequence[str] = (),
     threads: int | None = None,
     materials: str | Path | Materials | None = None,
     config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
@@ -95,7 +101,7 @@ def investigate(
 ) -> Findings:
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
     say("casting the scene")
-    given, profile = load_evidence(run, scene, sensor, materials, threads, config)
+    given, profile = load_evidence(run, scene, sensor, materials, threads, config, objects, without_objects)
     if given.camera.aligned:  # as its simulations are, too
         without = (*without, AlignToColor.id)
     if given.rows < given.camera.height:  # bands of rows are not resampled, and many frames before each cost as much

@@ -5,15 +5,18 @@ depth error of about Z² / (f·b) · std. Those that grow with something have a 
 all other noise is multiplied by 1 + gain · the same growth.
 """
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthsim.kernels import inlined, kernel
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
+from depthsim.sensor.posed import seen_from_objects
 
 _f = np.float32
+Vector = NDArray[np.float64]
 _LEAST_COSINE = _f(0.17)
 """Where the growth with incidence ends, at 80°: the local noise of a D435 over a floor (aims-slam) is 0.12 px from 77.5
 to 80°, 0.14 px from 80 to 85°."""
@@ -237,7 +240,7 @@ class MotionNoise(Effect):
     """std = sigma · speed: how fast a pixel's surface goes over the picture, which blurs over the exposure.
 
     The part 1 - ``local`` of it is by the camera's own speed, all over the picture: ω + v · the mean of 1 / Z, turning
-    at ω and moving at v.
+    at ω and moving at v. On an object that moves, the camera goes as seen from it.
     """
 
     id: ClassVar[str] = "motion_noise"
@@ -275,17 +278,29 @@ class MotionNoise(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Add the variance of the noise."""
-        linear, turning = frame.motion.velocity(frame.stamp)
-        x, y = frame.camera.rays.reshape(2, -1)
-        clean = frame.geometry.depth.reshape(-1)
-        moving = linear.astype(_f), turning.astype(_f), x, y, clean
-        all_over = 0.0
-        if self.local < 1:
-            near = np.mean(1 / np.maximum(clean[clean > 0], _NEAREST)) if np.any(clean > 0) else 0.0
-            all_over = (1 - self.local) * float(np.linalg.norm(turning) + np.linalg.norm(linear) * near)
-        if self.sigma:
-            own = _f(self.sigma * all_over), _f(self.sigma * self.local)
-            frame.run(_add_by_motion, *own, *moving, frame.noise_variance.reshape(-1))
-        if self.gain:
-            own = _f(self.gain * all_over), _f(self.gain * self.local)
-            frame.run(_gain_by_motion, *own, *moving, frame.noise_gain.reshape(-1))
+        rays, clean = frame.camera.rays.reshape(2, -1), frame.geometry.depth.reshape(-1)
+        velocity = frame.motion.velocity(frame.stamp)
+        objects = seen_from_objects(frame.scene, frame.geometry.face.reshape(-1), frame.motion)
+        near = 0.0
+        if self.local < 1 and np.any(clean > 0):
+            near = float(np.mean(1 / np.maximum(clean[clean > 0], _NEAREST)))
+        for size, grow, picture in (
+            (self.sigma, _add_by_motion, lambda: frame.noise_variance),
+            (self.gain, _gain_by_motion, lambda: frame.noise_gain),
+        ):
+            if not size:
+                continue
+            values = picture().reshape(-1)
+            before = [values[pixels] for pixels, _ in objects]
+            frame.run(grow, *self._by_speed(size, near, velocity), *rays, clean, values)
+            for own, (pixels, relative) in zip(before, objects, strict=True):
+                x, y = rays[:, pixels]
+                grow(0, len(own), *self._by_speed(size, near, relative), x, y, clean[pixels], own)
+                values[pixels] = own
+
+    def _by_speed(self, size: float, near: float, velocity: tuple[Vector, Vector]) -> tuple[Any, ...]:
+        """What the kernels ask: strength all over and of each pixel's own speed, linear and angular velocity."""
+        linear, turning = velocity
+        all_over = float(np.linalg.norm(turning) + np.linalg.norm(linear) * near)
+        own = _f(size * (1 - self.local) * all_over), _f(size * self.local)
+        return *own, linear.astype(_f), turning.astype(_f)

@@ -34,4 +34,5 @@ class RollingShutter(Effect):
     def bend(self, view: View) -> None:
         """Give every row the pose of its own time."""
         height = view.camera.whole.height
-        view.pose = view.motion.at(view.stamp + self.readout * ((view.camera.rows + 0.5) / height - 0.5))
+        view.rows = view.stamp + self.readout * ((view.camera.rows + 0.5) / height - 0.5)
+        view.pose = view.motion.at(view.rows)

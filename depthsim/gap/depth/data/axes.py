@@ -49,6 +49,7 @@ def make_axes(k: Cuts) -> list[Axis]:
         _radial(k),
         _roll(k),
         _left_band(k),
+        *_instance(k),
         *_neighbours(k),
         *(_steps(k, PHASE + number, step) for number, step in enumerate(k.steps)),
     ]
@@ -255,6 +256,21 @@ def _surface(k: Cuts) -> Axis:
         return _hit(c, k.region_of_face[np.maximum(c.face, 0)])
 
     return Axis("surface", ERROR, int(k.region_of_face.max()) + 1, cells, label)
+
+
+def _instance(k: Cuts) -> list[Axis]:
+    """The object, where there are several. No closer to a cause than the surface, of which objects are parts."""
+    if len(k.instances) < 2:
+        return []
+    numbers, names = list(k.instances), tuple(k.instances.values())
+    place = np.full(1 << 16, -1, np.int32)
+    place[numbers] = np.arange(len(numbers))
+
+    def label(cells: NDArray[np.int64]) -> str:
+        return ", ".join(names[int(c)] for c in cells)
+
+    bars = np.arange(len(names)), names
+    return [Axis("instance", ERROR, len(names), lambda c, _: place[c.instance], label, single=False, bars=bars)]
 
 
 def _facing(k: Cuts) -> Axis:

@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.kernels import kernel
+from depthsim.moving import objects_seen
 from depthsim.raycast import Geometry
 from depthsim.scene import Scene
-from depthsim.sensor.motion import Motion
+from depthsim.sensor.motion import Motion, velocity_of
+from depthsim.sensor.posed import beside
 
 _f = np.float32
 EDGE_REACH = 12
@@ -26,7 +28,8 @@ class Covariates:
     ground [m]; slope_x, slope_y: change of depth [m] per unit of the ray's x and y; drift: change of depth with time
     at a fixed pixel [m/s]; flow: speed of the picture [rad/s]; edge: 0 far from depth edges, else 1 + a code of side,
     direction and distance; across: depth beyond that edge [m]; hidden: the right imager does not see it;
-    toward: the normal points to the camera's side.
+    toward: the normal points to the camera's side; instance: number of the object, 0 for none. On objects that move,
+    drift and flow are those of the motion between camera and object.
     """
 
     camera: Camera
@@ -44,6 +47,7 @@ class Covariates:
     across: NDArray[np.float32]
     hidden: NDArray[np.bool_]
     toward: NDArray[np.bool_]
+    instance: NDArray[np.uint16]
 
 
 EDGE_DISTANCES = (1, 2, 4, 7, EDGE_REACH)
@@ -57,7 +61,7 @@ def covariates(
     z = geometry.depth
     x, y = camera.rays
     rotation = pose[:3, :3].astype(np.float32)
-    world = np.moveaxis(geometry.normals(scene), -1, 0)
+    world = np.moveaxis(geometry.normals(scene, stamp), -1, 0)
     n = np.einsum("ij,jhw->ihw", rotation.T, world)
     along = n[0] * x + n[1] * y + n[2]
     toward = along < 0
@@ -65,7 +69,7 @@ def covariates(
     hit = geometry.hit
     slope_x = np.where(hit, -z * n[0] / along, 0)
     slope_y = np.where(hit, -z * n[1] / along, 0)
-    linear, turning = (v.astype(_f) for v in motion.velocity(stamp))
+    linear, turning = _velocities(geometry, scene, pose, motion, stamp)
     turned = np.stack(
         [
             turning[1] * n[2] - turning[2] * n[1],
@@ -73,7 +77,8 @@ def covariates(
             turning[0] * n[1] - turning[1] * n[0],
         ]
     )
-    drift = (z * (turned[0] * x + turned[1] * y + turned[2]) - np.tensordot(linear, n, 1)) / along
+    ahead = np.tensordot(linear, n, 1) if linear.ndim == 1 else (linear * n).sum(axis=0)
+    drift = (z * (turned[0] * x + turned[1] * y + turned[2]) - ahead) / along
     near = 1 / np.maximum(z, _f(0.05))
     flow_x = (x * linear[2] - linear[0]) * near + x * y * turning[0] - (1 + x * x) * turning[1] + y * turning[2]
     flow_y = (y * linear[2] - linear[1]) * near + (1 + y * y) * turning[0] - x * y * turning[1] - x * turning[2]
@@ -97,7 +102,28 @@ def covariates(
         across=across,
         hidden=hidden & hit,
         toward=toward,
+        instance=scene.instance_of_face[geometry.face + 1],
     )
+
+
+def _velocities(
+    geometry: Geometry, scene: Scene, pose: NDArray[np.float64], motion: Motion, stamp: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """(3,) linear [m/s] and angular [rad/s] velocity of the camera, in its own axes, as seen from the scene.
+
+    Where objects move they are (3, height, width), as seen from what a pixel shows.
+    """
+    linear, turning = (one.astype(_f) for one in motion.velocity(stamp))
+    if not scene.movers:
+        return linear, turning
+    face = geometry.face.reshape(-1)
+    shape = (3, *geometry.face.shape)
+    linear, turning = (np.broadcast_to(one[:, None, None], shape).copy() for one in (linear, turning))
+    for number, pixels, _ in objects_seen(scene.movers, face, pose, stamp):
+        own = velocity_of(beside(scene.movers, number, motion), stamp)
+        for field, velocity in zip((linear, turning), own, strict=True):
+            field.reshape(3, -1)[:, pixels] = velocity[:, None]
+    return linear, turning
 
 
 @kernel

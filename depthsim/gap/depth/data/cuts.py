@@ -23,7 +23,8 @@ class Cuts:
 
     depths, heights, flows, times_seen: first and last of each in the frames [m, m, rad/s, s]. spread: the simulator's
     own spread of the error by tag and range, see :meth:`per_spread`. region_name: a region of the scene in words.
-    own_steps: of the recording's disparities, see :func:`~depthsim.gap.depth.data.quantization.find_steps`.
+    own_steps: of the recording's disparities, see :func:`~depthsim.gap.depth.data.quantization.find_steps`. instances:
+    names of the objects by their numbers.
     """
 
     camera: Camera
@@ -43,6 +44,7 @@ class Cuts:
     stamps: NDArray[np.float64]
     shown_tags: NDArray[np.int16]
     own_steps: tuple[float, float] | None = None
+    instances: dict[int, str] = field(default_factory=dict)
     spread: NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32))
     spread_cuts: NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32))
 

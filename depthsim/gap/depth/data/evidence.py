@@ -243,13 +243,18 @@ class Evidence:
         frames = [int(i) for block in self.blocks for i in block]
 
         def cast(index: int) -> Geometry:
-            return cast_clean(self.caster, self.windows[index], self.run.poses[index])
+            return cast_clean(self.caster, self.windows[index], self.run.poses[index], float(self.run.stamps[index]))
 
         looked = dict(zip(frames, self.each(cast, frames), strict=True))
 
+        by_recording = self.run.has("instance") and bool(self.run.instances)
+
         def known(index: int) -> Covariates:
             pose, stamp = self.run.poses[index], float(self.run.stamps[index])
-            return covariates(looked[index], pose, self.windows[index], self.scene, self.motion, stamp)
+            found = covariates(looked[index], pose, self.windows[index], self.scene, self.motion, stamp)
+            if by_recording and (shown := self.run.instance(index)) is not None:
+                found.instance = self._cut(shown, index)
+            return found
 
         sample = self.each(known, frames[:: max(1, len(frames) // 10)])
         region_of_face = split_scene(self.scene)
@@ -260,6 +265,9 @@ class Evidence:
             partial(region_name, self.scene, region_of_face), self.config.data,
         )  # fmt: skip
         some = [int(block[0]) for block in self.blocks[:: max(1, len(self.blocks) // 8)]]
+        cuts.instances = {number: one.name for number, one in enumerate(self.scene.objects, start=1)}
+        if by_recording:
+            cuts.instances = {number: one.name for number, one in self.run.instances.items()}
         cuts.own_steps = find_steps(self.camera, ((self.recorded(i), looked[i].depth) for i in some), self.config.data)
         if like is not None:
             cuts = replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times)

@@ -43,17 +43,17 @@ class CleanFrame:
     places: NDArray[np.unsignedinteger]
 
 
-def cast_clean(caster: Caster, camera: Camera, pose: NDArray[np.float64]) -> Geometry:
-    """What a camera sees from a pose (4, 4), and whether the imagers beside it see that, too.
+def cast_clean(caster: Caster, camera: Camera, pose: NDArray[np.float64], stamp: float = 0.0) -> Geometry:
+    """What a camera sees from a pose (4, 4) at ``stamp`` [s], and whether the imagers beside it see that, too.
 
     Of an aligned camera those are both imagers, of others the right one.
     """
     if not camera.aligned:
-        return caster.cast(camera, pose, right=True, threads=1)
+        return caster.cast(camera, pose, right=True, stamps=stamp, threads=1)
     left = float(camera.left_pose[0, 3])
-    met = caster.cast(_beside(camera, left + camera.baseline), pose, right=True, threads=1)
+    met = caster.cast(_beside(camera, left + camera.baseline), pose, right=True, stamps=stamp, threads=1)
     if abs(left) > 1e-6:
-        other = caster.cast(_beside(camera, left), pose, right=True, threads=1)
+        other = caster.cast(_beside(camera, left), pose, right=True, stamps=stamp, threads=1)
         assert met.right_sees is not None and other.right_sees is not None
         np.minimum(met.right_sees, other.right_sees, out=met.right_sees)
     return met

@@ -23,9 +23,11 @@ def load_evidence(
     materials: str | Path | Materials | None = None,
     threads: int | None = None,
     config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
+    objects: Sequence[str] = (),
+    without_objects: Sequence[str] = (),
 ) -> tuple[Evidence, Profile]:
     """The recording as it is looked at, and the profile of the simulator; see :func:`depthsim.gap.diagnose`."""
-    opened, known = open_run(run), load_materials(materials)
+    opened, known = open_run(run).looking_at(objects, without_objects), load_materials(materials)
     profile = _profile(opened, sensor)
     place = _scene(opened, scene, known)
     return Evidence(opened, place, known, profile.effects, threads, config=config), profile
@@ -41,6 +43,9 @@ def notes_of(evidence: Evidence) -> tuple[str, ...]:
             f"of each frame {evidence.rows} of its {evidence.camera.height} rows were looked at, in bands, other rows "
             "in every block"
         )
+    if evidence.run.left_out:
+        names = [one.name for number, one in evidence.run.instances.items() if number in evidence.run.left_out]
+        notes.append(f"left out, by instance/: {', '.join(names)}")
     poses = evidence.run.poses
     if len(poses) > 1 and np.abs(poses - poses[0]).max() < 1e-6:
         notes.append("the camera stands still: errors of pose, time and motion cannot be seen")
@@ -64,4 +69,4 @@ def _scene(run: Run, scene: str | Path | Scene | None, materials: Materials) -> 
     found = scene if scene is not None else run.scene
     if found is None:
         raise InputError(run.path, "", "holds no scene", "put scene.obj or scene.yaml there, or give `scene`")
-    return load_scene(found, materials=materials)
+    return load_scene(found, materials=materials).started(float(run.stamps[0]))

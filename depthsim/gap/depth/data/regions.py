@@ -7,10 +7,13 @@ from depthsim.scene import Scene
 
 
 def split_scene(scene: Scene, levels: int = 6) -> NDArray[np.int16]:
-    """(faces,) a region of each: the scene split at the middle of its widest side, ``levels`` times over, by area."""
+    """(faces,) a region of each: the scene split at the middle of its widest side, ``levels`` times over, by area.
+
+    What moves is a region for each object.
+    """
     middles = scene.vertices[scene.faces].mean(axis=1)
     region = np.zeros(len(scene.faces), np.int16)
-    parts = [np.arange(len(scene.faces))]
+    parts = [np.arange(scene.standing[1])]
     for _ in range(levels):
         halves = []
         for part in parts:
@@ -25,6 +28,8 @@ def split_scene(scene: Scene, levels: int = 6) -> NDArray[np.int16]:
         parts = halves
     for number, part in enumerate(parts):
         region[part] = number
+    for number, mover in enumerate(scene.movers, start=len(parts)):
+        region[slice(*mover.faces)] = number
     return region
 
 
@@ -34,6 +39,8 @@ def region_name(scene: Scene, region_of_face: NDArray[np.int16], region: int) ->
     corners = scene.vertices[scene.faces[faces]].reshape(-1, 3)
     if not len(faces):
         return "nothing"
+    if faces[0] >= scene.standing[1]:
+        return f"{next(mover.name for mover in scene.movers if mover.faces[0] == faces[0])}, which moves"
     tags = np.bincount(scene.face_tags[faces], scene.areas[faces], len(scene.tags))
     low, high = corners.min(axis=0), corners.max(axis=0)
     spans = ", ".join(f"{axis} {a:.1f} to {b:.1f}" for axis, a, b in zip("xyz", low, high, strict=True))

@@ -93,9 +93,10 @@ class Look:
 
     def frame(self, index: int, pose: Floats, twist: Floats) -> Frame:
         """A frame against the scene as seen from ``pose``. twist: (6,) the camera's velocity, [rad/s] and [m/s]."""
-        met = self.caster.cast(self.camera, pose, rays=self.rays, threads=1)
+        stamp = float(self.run.stamps[index])
+        met = self.caster.cast(self.camera, pose, rays=self.rays, stamps=stamp, threads=1)
         x, y = self.rays.astype(np.float64)
-        normal = np.einsum("ij,hwi->jhw", pose[:3, :3], met.normals(self.caster.scene).astype(np.float64))
+        normal = np.einsum("ij,hwi->jhw", pose[:3, :3], met.normals(self.caster.scene, stamp).astype(np.float64))
         depth, measured = met.depth.astype(np.float64), self.measured[index]
         along = normal[0] * x + normal[1] * y + normal[2]
         flat = met.hit & (met.cosine > _GRAZING) & _is_flat(depth, along, normal, x, y)

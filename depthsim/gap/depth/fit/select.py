@@ -169,7 +169,7 @@ def _grow(search: Search, chain: _Chain) -> None:
             break
         chain.model, chain.gap = selected.model, selected.gap
         if len(chain.model.parts) > 1:
-            chain.model, chain.gap = _prune(search, chain.model, chain.gap)
+            _prune(search, chain)
         chain.score = search.validator.score(chain.model.build(search.base))
 
 
@@ -241,15 +241,16 @@ def _stays(search: Search, before: float, best: Trial, other: Trial) -> bool:
     return apart or (needless and other.gap - min(both, best.gap) >= (1 - limit.stays) * gained)
 
 
-def _prune(search: Search, model: Model, gap: float) -> tuple[Model, float]:
-    """Without the causes that later ones have made needless."""
+def _prune(search: Search, chain: _Chain) -> None:
+    """Without the causes that later ones have made needless. They do not come back, or two could go round for ever."""
+    model = chain.model or Model((), np.empty(0))
     for number in range(len(model.parts) - 2, -1, -1):
-        without = search.fit(model.less(number), 3)
-        left = search.validated(without).gap
-        if left - gap < search.config.select.least * search.whole:
-            search.say(f"{model.parts[number].effect} is no longer needed")
-            model, gap = without, left
-    return model, gap
+        effect, without = model.parts[number].effect, search.validated(search.fit(model.less(number), 3))
+        if without.gap - chain.gap < search.config.select.least * search.whole:
+            search.say(f"{effect} is no longer needed")
+            model, chain.gap = without.model, without.gap
+            chain.dropped.add(effect)
+    chain.model = model
 
 
 def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:

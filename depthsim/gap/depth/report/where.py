@@ -58,7 +58,8 @@ def mesh_share(evidence: Evidence, places: Sequence[Place]) -> MeshShare | None:
 
 
 def _frame(evidence: Evidence, index: int) -> MeshFrame:
-    met = evidence.caster.cast(evidence.camera, evidence.frames[index].pose, threads=evidence.threads)
+    frame = evidence.frames[index]
+    met = evidence.caster.cast(evidence.camera, frame.pose, stamps=frame.stamp, threads=evidence.threads)
     region = evidence.cuts.region_of_face[np.maximum(met.face, 0)]
     light = 0.7 + 0.3 * np.clip(np.abs(met.cosine), 0, 1)
     return MeshFrame(
