@@ -86,7 +86,7 @@ def test_a_fit_is_as_sure_of_a_run_made_with_seed_1_as_of_any(tmp_path: Path) ->
     without = tuple(name for name in effect_ids() if name != "incidence_noise")
     (cause,) = diagnose(tmp_path / "run", sensor="paper", without=without, threads=1).causes
     low, high = cause.ci95["sigma"]
-    assert high - low > 0.0003 and abs((low + high) / 2 - 0.05) < high - low
+    assert high - low > 0.0003 and abs((low + high) / 2 - 0.05) < 0.05 * 0.05
 
 
 def test_causes_close_together_what_the_diagnosis_closes() -> None:

@@ -115,6 +115,8 @@ def parameters(cause: "Cause") -> list[Parameter]:
     for name, value in cause.parameters.items():
         if name in tables:  # hundreds of numbers, which the profile has
             continue
+        if name in declared and declared[name].frozen and value == declared[name].default:  # nobody looked for it
+            continue
         unit, words = (declared[name].unit, declared[name].about) if name in declared else ("", "")
         parts = value if isinstance(value, Mapping) else {"": value}
         for tag, number in parts.items():
