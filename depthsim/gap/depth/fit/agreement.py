@@ -93,13 +93,14 @@ def disagreement(
     does = validator.once(done_by, before, after)
     if effect.kinds[0] == "correlation":
         return _of_pairs(validator, effect, gap, left)
-    limit, acts = validator.evidence.config.agreement, does.whole
+    limit, acts, learned = validator.evidence.config.agreement, does.whole, bool(learned_of(effect))
     was, least = validator.quick(before), validator.score(before).floor
     closes_well = was - validator.quick(after) >= limit.well * (was - least)
     for k, kind in enumerate(KINDS):
-        if k == ALL and learned_of(effect):  # as much as other frames say for sure is there, and no more
+        if k == ALL and learned:  # as much as other frames say for sure is there, and no more
             continue
-        if k != ALL and (kind not in effect.kinds or acts[k] < limit.acts * acts[ALL]):
+        answers = acts[k] >= limit.acts * acts[ALL] or (learned and kind == effect.kinds[0])
+        if k != ALL and not (kind in effect.kinds and answers):
             continue
         if why := _leaves(validator, effect, gap, left, k, alone, flexible, closes_well):
             return why
@@ -125,10 +126,11 @@ def _leaves(
     """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
     limit, whole = validator.evidence.config.agreement, max(float(gap.whole[k]), 1e-12)
     most = limit.left_by_flexible if flexible else 1.0
-    along = np.full(len(gap.varies[k]), most * limit.left_along)
+    learned = bool(learned_of(effect))
+    along = np.full(len(gap.varies[k]), (limit.left_by_flexible if learned else most) * limit.left_along)
     if closes_well and not flexible:  # the axis is the right one, if the shape along it is not
         along[[effect.axes[:1] == (axis.name,) for axis in validator.evidence.axes]] = limit.untouched
-    if learned_of(effect):  # along its own axes as much is removed as other frames say for sure is there
+    if learned:  # along its own axes as much is removed as other frames say for sure is there
         along[[axis.name in effect.axes for axis in validator.evidence.axes]] = limit.untouched
     sure = gap.varies[k] > limit.sure * gap.chance[k]
     worth = np.where(sure, gap.varies[k], 0) / whole - _cost(validator)
