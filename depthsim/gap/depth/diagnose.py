@@ -16,6 +16,7 @@ from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.findings import Findings
+from depthsim.gap.depth.fit.agreement import leaves_biases
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.pattern import learn_pattern
@@ -226,7 +227,7 @@ def _matter(recorded: Validator, registered: Validator, selection: Selection) ->
     right = model.build(registered.evidence.base)
     score = registered.score(right)
     closed = recorded.quick(with_errors, runs) - score.gap
-    if closed <= registered.config.faint * score.floor:
+    if closed <= registered.config.faint * score.floor or leaves_biases((recorded, with_errors), (registered, right)):
         return False
     share = closed / max(recorded.score(start[1]).gap - score.floor, 1e-12)
     limit = registered.evidence.config.select

@@ -62,6 +62,19 @@ def done_by(validator: Validator, before: Effects, after: Effects) -> Changes:
     return _changes(validator, _runs(validator, after)[0], _runs(validator, before))
 
 
+def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Effects]) -> bool:
+    """Whether most of how biases change is left, along the axis on which they change most.
+
+    before, after: sensors, each with the frames that it is compared with.
+    """
+    gap, left = (validator.once(against, effects) for validator, effects in (before, after))
+    limit = before[0].evidence.config.agreement
+    bias = KINDS.index("bias")
+    sure = gap.varies[bias] > limit.sure * gap.chance[bias]
+    first = int(np.argmax(np.where(sure, gap.varies[bias], 0) / max(gap.whole[bias], 1e-12) - _cost(before[0])))
+    return bool(sure[first] and left.varies[bias, first] > limit.left_along * gap.varies[bias, first])
+
+
 def makes_steps(validator: Validator, before: Effects, after: Effects) -> bool:
     """Whether the disparities of ``after`` lie on steps that the recording has, and those of ``before`` do not."""
     if validator.evidence.cuts.own_steps is None:
