@@ -26,6 +26,9 @@ def diagnose(
         list[str] | None,
         typer.Option(metavar="EFFECT", help="Leave an effect out of the bank; may come several times."),
     ] = None,
+    tasks: Annotated[
+        bool, typer.Option("--tasks/--no-tasks", help="Measure what the gap costs a robot's software.")
+    ] = True,
     tag: Tags = None,
     units: Units = None,
     up: Up = None,
@@ -49,7 +52,7 @@ def diagnose(
     if len(runs) == 2:
         _compare(runs[0], runs[1], out, place, sensor, without, known, threads)
     else:
-        _one(runs[0], out, place, sensor, without or [], materials, known, threads)
+        _one(runs[0], out, place, sensor, without or [], materials, known, threads, tasks)
 
 
 def _one(
@@ -61,6 +64,7 @@ def _one(
     file: Path | None,
     materials: "Materials",
     threads: int | None,
+    tasks: bool,
 ) -> None:
     from rich.console import Console
 
@@ -70,7 +74,14 @@ def _one(
 
     with _Progress() as say:
         found = investigate(
-            path, scene=scene, sensor=sensor, without=without, threads=threads, materials=materials, say=say
+            path,
+            scene=scene,
+            sensor=sensor,
+            without=without,
+            threads=threads,
+            materials=materials,
+            say=say,
+            tasks=tasks,
         )
         say("drawing the report")
         origin = write_report(found, out, Named(scene, sensor, file))
