@@ -47,6 +47,7 @@ def _diagnose(order: dict[str, Any]) -> dict[str, Any]:
         without=tuple(order["without"]),
         threads=order["threads"],
         config=DepthConfig.varied(order["set"]),
+        tasks=order.get("tasks", False),
     )
     return dict(json.loads((Path(order["out"]) / "diagnosis.json").read_text(encoding="utf-8")))
 

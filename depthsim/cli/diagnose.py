@@ -32,6 +32,9 @@ def diagnose(
     hide: Annotated[
         list[str] | None, typer.Option("--without-object", metavar="NAME", help="Leave this object out; several times.")
     ] = None,
+    tasks: Annotated[
+        bool, typer.Option("--tasks/--no-tasks", help="Measure what the gap costs a robot's software.")
+    ] = True,
     tag: Tags = None,
     units: Units = None,
     up: Up = None,
@@ -57,7 +60,7 @@ def diagnose(
             raise InputError("diagnose", "--object", "is of no use with two recordings", "give one recording")
         _compare(runs[0], runs[1], out, place, sensor, without, known, threads)
     else:
-        _one(runs[0], out, place, sensor, without or [], only or [], hide or [], materials, known, threads)
+        _one(runs[0], out, place, sensor, without or [], only or [], hide or [], materials, known, threads, tasks)
 
 
 def _one(
@@ -71,6 +74,7 @@ def _one(
     file: Path | None,
     materials: "Materials",
     threads: int | None,
+    tasks: bool,
 ) -> None:
     from rich.console import Console
 
@@ -81,7 +85,7 @@ def _one(
     with _Progress() as say:
         found = investigate(
             path, scene=scene, sensor=sensor, without=without, objects=only, without_objects=hide, threads=threads,
-            materials=materials, say=say,
+            materials=materials, say=say, tasks=tasks,
         )  # fmt: skip
         say("drawing the report")
         origin = write_report(found, out, Named(scene, sensor, file))

@@ -107,10 +107,28 @@ class Unexplained(_Part):
     nearest: tuple[Nearest, ...] = ()
 
 
+class Task(_Part):
+    """A figure that a robot's software sees, of the recording, of the simulator, and of that with the causes.
+
+    unit: of all three, each on the same pixels of the same frames; None where there is no such figure, and ``reason``
+    says why. ci95: 95 % intervals of ``recording``, ``before`` and ``after``, and of how far the two simulations are
+    off the recording (``before_off``, ``after_off``: simulated - recorded); what is not known is left out.
+    """
+
+    name: str
+    unit: str
+    recording: FiniteFloat | None
+    before: FiniteFloat | None
+    after: FiniteFloat | None
+    ci95: dict[str, Interval] = Field(default_factory=dict)
+    reason: str = ""
+
+
 class Diagnosis(_Part):
     """The whole answer. ``where`` and ``causes`` are ranked: the first is the one to act on.
 
-    notes: what a reader must know besides, such as columns that a log lacks.
+    notes: what a reader must know besides, such as columns that a log lacks. tasks: what the gap costs, where it was
+    asked for; only of a depth sensor.
 
     ``print`` shows it in lines, a notebook shows it with the curves of its report.
     """
@@ -122,7 +140,12 @@ class Diagnosis(_Part):
     causes: tuple[Cause, ...]
     unexplained: Unexplained | None
     notes: tuple[str, ...] = ()
+    tasks: tuple[Task, ...] = ()
     _report: Path | None = PrivateAttr(None)
+
+    @model_serializer(mode="wrap")
+    def _leave_out_tasks_that_were_not_asked_for(self, handler: Any) -> dict[str, Any]:
+        return {key: value for key, value in handler(self).items() if key != "tasks" or value}
 
     @property
     def report(self) -> Path | None:

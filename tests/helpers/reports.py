@@ -23,13 +23,13 @@ _KEPT: list[TemporaryDirectory[str]] = []
 
 
 @cache
-def recorded(effects: str, seed: int = 1, rate: float = 1.0) -> Path:
+def recorded(effects: str, seed: int = 1, rate: float = 1.0, width: int = 106) -> Path:
     """The folder of a run of 8 frames."""
     kept = TemporaryDirectory(prefix="depthsim_report_")
     _KEPT.append(kept)
     folder = Path(kept.name)
     (folder / "truth.yaml").write_text(effects)
-    scene, camera = load_scene("office"), preset("d435", 106, 60).model_copy(update={"rate": rate})
+    scene, camera = load_scene("office"), preset("d435", width, 60 * width // 106).model_copy(update={"rate": rate})
     path = load_trajectory("tour", scene, rate, 8)
     profile = load_profile(folder / "truth.yaml")
     generate(scene, path, camera, profile, folder / "run", streams=("depth",), seed=seed, threads=1)

@@ -4,6 +4,7 @@ is there a gap   how far recording and simulation are apart, and how far two run
 which            the effects that explain it, each fitted on some blocks of frames and validated on the others
 how far          the gap again with the causes added
 where            the axes along which it lies, before and after; what lies there after is unexplained
+what it costs    the figures that a robot's software sees, of the recording and of the simulator before and after
 """
 
 from collections.abc import Callable, Sequence
@@ -24,6 +25,7 @@ from depthsim.gap.depth.fit.poses import register_frames
 from depthsim.gap.depth.fit.select import Selection, select
 from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
+from depthsim.gap.depth.tasks.measure import tasks_of
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
 from depthsim.gap.diagnosis import Diagnosis, Gap, Nearest, Unexplained
@@ -58,6 +60,7 @@ def diagnose(
     materials: str | Path | Materials | None = None,
     config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     say: Say = lambda _: None,
+    tasks: bool = True,
 ) -> Diagnosis:
     """Where a recording and its simulation differ, which effects cause it, and how far they close the gap.
 
@@ -65,7 +68,7 @@ def diagnose(
     that is compared with it, or effects alone; the run's sensor.yaml, or ``paper``. out: a folder for diagnosis.json,
     sensor.yaml and index.html. without: effects that are left out of the bank. objects, without_objects: names of those
     that alone are looked at, and of those that are not, in a run with pictures of its objects. config: the thresholds.
-    say: hears what is being done.
+    say: hears what is being done. tasks: whether to measure what the gap costs.
 
     Raises :class:`InputError` for a run, a scene or a profile that cannot be read, and where ``out`` holds other files
     than those of a report.
@@ -74,7 +77,7 @@ def diagnose(
         check_report_folder(Path(out))
     found = investigate(
         run, scene=scene, sensor=sensor, without=without, objects=objects, without_objects=without_objects,
-        threads=threads, materials=materials, config=config, say=say,
+        threads=threads, materials=materials, config=config, say=say, tasks=tasks,
     )  # fmt: skip
     if out is not None:
         from depthsim.gap.depth.report.write import Named, write_report
@@ -99,10 +102,21 @@ def investigate(
     materials: str | Path | Materials | None = None,
     config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     say: Say = lambda _: None,
+    tasks: bool = True,
 ) -> Findings:
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
     say("casting the scene")
     given, profile = load_evidence(run, scene, sensor, materials, threads, config, objects, without_objects)
+    found = _found(given, profile, without, say)
+    if not tasks:
+        return found
+    say("measuring what the gap costs")
+    return replace(found, diagnosis=found.diagnosis.model_copy(update={"tasks": tasks_of(found)}))
+
+
+def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) -> Findings:
+    """What is found of a recording and the simulator's profile."""
+    config = given.config
     if given.camera.aligned:  # as its simulations are, too
         without = (*without, AlignToColor.id)
     if given.rows < given.camera.height:  # bands of rows are not resampled, and many frames before each cost as much

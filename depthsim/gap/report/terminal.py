@@ -35,6 +35,9 @@ def show(console: Console, diagnosis: Diagnosis, origin: Origin) -> None:
         for near in left.nearest[1:]:  # the first is in the sentence
             effect, closes, why = words.near(near)
             say(console, f"{effect} closes {closes}; it is no cause, as it {why}.")
+    if diagnosis.tasks:
+        head(console, "What it costs")
+        _tasks(console, diagnosis)
     if diagnosis.notes:
         head(console, "Notes")
         for note in diagnosis.notes:
@@ -97,6 +100,16 @@ def _cause(console: Console, cause: Cause) -> None:
     if cause.indistinguishable_from:
         say(console, words.tie(cause), 4, "yellow")
         say(console, words.sentence(cause.advice), 4, "yellow")
+
+
+def _tasks(console: Console, diagnosis: Diagnosis) -> None:
+    causes, table = bool(diagnosis.causes), _table()
+    table.add_row(*(Text(cell, style="dim") for cell in words.task_head(causes=causes)))
+    for task in diagnosis.tasks:
+        table.add_row(*map(Text, words.task_row(task, causes=causes)))
+    console.print(table)
+    for note in words.task_notes(diagnosis.tasks):
+        say(console, words.sentence(note), style="dim")
 
 
 def _table() -> Table:

@@ -11,7 +11,7 @@ from depthsim.sensor.effect import effect_class, effect_ids, parameters_of
 from depthsim.sensor.parameter import learned_of
 
 if TYPE_CHECKING:  # a diagnosis shows itself in these words
-    from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Nearest
+    from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Nearest, Task
 
 Tone = Literal["good", "fair", "bad"]
 STUB = "new_effect.py"
@@ -138,6 +138,39 @@ def place(cut: "Cut") -> str:
         ends = (f"{end:.0f}" if abs(end) >= 1000 else f"{end:.3g}" for end in (low, high))
         return f"{name} {' to '.join(ends)}{unit}"
     return f"{name}: {cut.label}" if cut.label and cut.label != name else name
+
+
+def task_head(*, causes: bool) -> list[str]:
+    """The head of the table of what the gap costs. causes: whether any were added."""
+    return ["", "recording", "simulated", *(["with the causes"] if causes else [])]
+
+
+def task_row(task: "Task", *, causes: bool) -> list[str]:
+    """A figure with its unit, and its values, each with half of its 95 % interval.
+
+    A star is at a simulated one that differs from the recording's by more than chance.
+    """
+    cells = [f"{task.name.replace('_', ' ')} [{task.unit}]"]
+    for name in ("recording", "before", "after")[: 3 if causes else 2]:
+        value, ends, off = getattr(task, name), task.ci95.get(name), task.ci95.get(f"{name}_off")
+        text = "-" if value is None else figure(value)
+        if ends is not None:
+            text += f" ± {(ends[1] - ends[0]) / 2:.2g}"
+        cells.append(text + (" *" if off is not None and not off[0] <= 0 <= off[1] else ""))
+    return cells
+
+
+def task_notes(tasks: "tuple[Task, ...]") -> list[str]:
+    """What is to be known of the table: what a star is, and why figures are not there."""
+    notes = []
+    if any(ends in task.ci95 for task in tasks for ends in ("before_off", "after_off")):
+        notes.append("* differs from the recording by more than chance; ± is half of a 95 % interval")
+    else:
+        notes.append("the frames are too few for intervals")
+    for reason in dict.fromkeys(task.reason for task in tasks if task.reason):
+        names = _listed([task.name.replace("_", " ") for task in tasks if task.reason == reason])
+        notes.append(f"{names}: {reason}")
+    return notes
 
 
 def near(one: "Nearest") -> list[str]:

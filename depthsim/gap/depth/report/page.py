@@ -4,6 +4,7 @@ from pathlib import Path
 
 from depthsim.gap.depth.report.drawing import DepthDrawing
 from depthsim.gap.depth.report.figures import pictures
+from depthsim.gap.depth.tasks.figures import FIGURES
 from depthsim.gap.depth.where.residual import stub
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis
 from depthsim.gap.report import words
@@ -29,6 +30,8 @@ def report_page(d: Diagnosis, drawing: DepthDrawing) -> str:
         _which(page, d, drawn)
     if d.unexplained is not None:
         _rest(page, d)
+    if d.tasks:
+        _costs(page, d)
     page.section("What to do next")
     for step in words.next_steps(d, drawing.origin):
         page.text(step.text)
@@ -113,6 +116,22 @@ def _rest(page: Page, d: Diagnosis) -> None:
         page.table(["effect", "closes", "why it is none"], [words.near(n) for n in left.nearest], numbers=(1,))
     if left.where:
         page.text(f"The beginning of a new effect, also written to {words.STUB}:").code(stub(left.where[0]))
+
+
+def _costs(page: Page, d: Diagnosis) -> None:
+    causes = bool(d.causes)
+    page.section("What the gap costs")
+    page.text(
+        "What the software of a robot sees, on frames that nothing was fitted to: the same figures of the recording "
+        "and of its simulation, on the same pixels."
+    )
+    rows = [[*words.task_row(task, causes=causes), _about(task.name)] for task in d.tasks]
+    page.table([*words.task_head(causes=causes), "what it is"], rows, numbers=range(1, 4 if causes else 3))
+    page.items(words.sentence(note) for note in words.task_notes(d.tasks))
+
+
+def _about(task: str) -> str:
+    return FIGURES[task].about if task in FIGURES else ""  # another version's report may be drawn again
 
 
 def _cuts(page: Page, cuts: tuple[Cut, ...]) -> None:

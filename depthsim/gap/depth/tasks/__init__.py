@@ -1,0 +1,1 @@
+"""What a gap costs: the figures that a robot's software sees, of the recording and of its simulations."""
