@@ -72,7 +72,8 @@ def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Eff
     bias = KINDS.index("bias")
     sure = gap.varies[bias] > limit.sure * gap.chance[bias]
     first = int(np.argmax(np.where(sure, gap.varies[bias], 0) / max(gap.whole[bias], 1e-12) - _cost(before[0])))
-    return bool(sure[first] and left.varies[bias, first] > limit.left_along * gap.varies[bias, first])
+    most = limit.left_by_flexible * limit.left_along  # six numbers a frame come near to much
+    return bool(sure[first] and left.varies[bias, first] > most * gap.varies[bias, first])
 
 
 def makes_steps(validator: Validator, before: Effects, after: Effects) -> bool:
