@@ -316,7 +316,7 @@ def test_the_drift_is_closed_and_looks_inward() -> None:
 @pytest.mark.parametrize(
     ("name", "parameters", "reported"),
     [
-        ("castle", {}, "the builders are corridor, forest, office"),
+        ("castle", {}, "the builders are corridor, door_leaf, drone, forest"),
         ("wall", {"colour": "red"}, "its parameters are material, width, height"),
         ("wall", {"width": True}, "give a finite number such as 20.0"),
         ("wall", {"width": float("nan")}, "give a finite number"),

@@ -64,7 +64,7 @@ def test_incidence_and_the_right_view_are_those_of_the_scene() -> None:
     angle, true = (np.degrees(np.arccos(np.clip(g.cosine, 0, 1)))[met.hit] for g in (seen, met))
     off = np.abs(angle - true)
     assert np.median(off) < 0.01 and np.percentile(off, 90) < 4 and abs(angle.mean() - true.mean()) < 0.5
-    facing = np.abs((seen.normals(surfaces) * met.normals(ROOM.scene)).sum(axis=-1))[met.hit]  # type: ignore[arg-type]
+    facing = np.abs((surfaces.normals[np.maximum(seen.face, 0)] * met.normals(ROOM.scene)).sum(axis=-1))[met.hit]
     assert np.percentile(facing, 15) > 0.995
     hidden, wanted = (g.right_sees == 0 for g in (seen, met))
     assert 0.01 < wanted.mean() < 0.2 and (hidden != wanted).mean() < 0.01

@@ -24,7 +24,7 @@ def renderer(scene: Scene, eye: Camera = CAMERA, **parts: object) -> Renderer:
 
 
 def light(scene: Scene, side: int = 0, eye: Camera = CAMERA, **parts: object) -> np.ndarray:
-    return renderer(scene, eye, **parts)._light(side, POSE, 0, 1)
+    return renderer(scene, eye, **parts)._light(side, POSE, 0, 1, 0.0)
 
 
 PLAIN = as_scene(wall(1.0), tags=["formboard"])  # a material without texture
