@@ -137,7 +137,7 @@ def test_rows_and_columns_are_seen_at_the_pixels_middle() -> None:
     for samples in (1, 2, 3, 4):
         for blur in (0.0, 3.0):
             parts = ActiveStereo(projector=OFF, imager=Imager(vignetting=0, samples=samples, blur=blur))
-            row = Renderer(Caster(scene), CAMERA, parts, looks)._light(0, POSE, 0, 1)[60, 40:120]
+            row = Renderer(Caster(scene), CAMERA, parts, looks)._light(0, POSE, 0, 1, 0.0)[60, 40:120]
             share = (row - row[0]) / (row[-1] - row[0])
             place = 119.5 - share.sum()  # where a sharp edge with as much on its right would be
             assert place == pytest.approx(CAMERA.cx + CAMERA.fx * 0.05, abs=0.55 / samples)
@@ -155,10 +155,10 @@ def test_the_same_seed_gives_the_same_images_for_any_number_of_threads() -> None
 def test_speckle_stays_while_the_camera_stays_and_noise_does_not() -> None:
     scene = as_scene(wall(1.0), tags=["formboard"])
     mine = renderer(scene, light=DARK)
-    assert (mine._light(0, POSE, 0, 1) == mine._light(0, POSE, 0, 1)).all()
+    assert (mine._light(0, POSE, 0, 1, 0.0) == mine._light(0, POSE, 0, 1, 0.0)).all()
     moved = POSE.copy()
     moved[0, 3] = 0.01
-    still, shifted = (mine._light(0, pose, 0, 1).std() for pose in (POSE, moved))
+    still, shifted = (mine._light(0, pose, 0, 1, 0.0).std() for pose in (POSE, moved))
     assert still == pytest.approx(shifted, rel=0.1)
     assert (mine.render(POSE, 0, 0, 1)[0] != mine.render(POSE, 0, 1, 1)[0]).any()
 
@@ -197,7 +197,7 @@ def test_the_sun_casts_shadows(backend: str) -> None:
             "imager": {"blur": 0, "samples": 1, "vignetting": 0},
         }
     )
-    row = Renderer(Caster(scene, backend), CAMERA, parts, MATERIALS)._light(0, POSE, 0, 1)[60]
+    row = Renderer(Caster(scene, backend), CAMERA, parts, MATERIALS)._light(0, POSE, 0, 1, 0.0)[60]
     # The plate's corner x lands on the wall at x - 1.5 (far - near).
     ends = [CAMERA.cx + CAMERA.fx * (side * half - 1.5 * (far - near)) / far for side in (-1, 1)]
     edge = CAMERA.cx - CAMERA.fx * half / near
