@@ -10,6 +10,7 @@ thresholds, which `--set` varies.
 
 import itertools
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -49,8 +50,7 @@ def make(
 ) -> None:
     """Write one case."""
     effects = tuple(effect or ())
-    width, height = (int(word) for word in (size or "0x0").split("x"))
-    wanted = Wanted(tier, effects, (strength,) * len(effects), seed, frames, (width, height) if size else None, against)
+    wanted = _as_asked(Wanted(tier, effects, (strength,) * len(effects), against=against), frames, size, seed)
     try:
         case = draw_case(wanted)
     except CannotBeSeen as error:
@@ -71,6 +71,9 @@ def run(
     rivals: Annotated[bool, typer.Option(help="Ask the two rivals too.")] = True,
     remeasure: Annotated[bool, typer.Option(help="Measure the closed fraction again on fresh frames.")] = True,
     apart: Annotated[bool, typer.Option(help="Ask an independent test what an explained case leaves.")] = True,
+    frames: Annotated[int | None, typer.Option(help="In place of a random number.")] = None,
+    size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in place of a random one.")] = None,
+    seed: Annotated[int, typer.Option(help="Added to the seeds of the plan.")] = 0,
     vary: Vary = None,
 ) -> None:
     """Diagnose the cases of some tiers, and print the tables."""
@@ -81,7 +84,8 @@ def run(
     for name in tier or list(TIERS):
         if name != "f":
             fits = (w for w in itertools.islice(planned(name), 200 * cases) if _fits(w, effect, strength))
-            wanted += itertools.islice(fits, min(cases, _LIMITED.get(name, cases)))
+            some = itertools.islice(fits, min(cases, _LIMITED.get(name, cases)))
+            wanted += (_as_asked(w, frames, size, seed) for w in some)
     with Progress(console=console) as progress:
         task = progress.add_task("cases", total=len(wanted))
 
@@ -100,6 +104,12 @@ def run(
 def tables(out: Annotated[Path, typer.Option(help="The folder of the results.")]) -> None:
     """Print the tables of what is done so far."""
     print_all(out.resolve(), Console())
+
+
+def _as_asked(wanted: Wanted, frames: int | None, size: str | None, seed: int) -> Wanted:
+    width, height = (int(word) for word in (size or "0x0").split("x"))
+    own = (width, height) if size else wanted.size
+    return replace(wanted, frames=frames or wanted.frames, size=own, seed=wanted.seed + seed)
 
 
 def _fits(wanted: Wanted, effects: list[str] | None, strengths: list[str] | None) -> bool:
