@@ -103,6 +103,9 @@ def disagreement(
     """
     if makes_steps(validator, before, after):  # which nothing else does
         return None
+    is_first = tuple(before) == validator.evidence.base
+    if is_first and not validator.score(after).stands_out(validator.config):  # nothing is left that could disagree
+        return None
     gap, left = validator.once(against, before), validator.once(against, after)
     does = validator.once(done_by, before, after)
     if effect.kinds[0] == "correlation":
