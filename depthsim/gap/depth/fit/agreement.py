@@ -70,8 +70,8 @@ def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Eff
     gap, left = (validator.once(against, effects) for validator, effects in (before, after))
     limit = before[0].evidence.config.agreement
     bias = KINDS.index("bias")
-    sure = gap.varies[bias] > limit.sure * gap.chance[bias]
-    first = int(np.argmax(np.where(sure, gap.varies[bias], 0) / max(gap.whole[bias], 1e-12) - _cost(before[0])))
+    sure, worth = _worth(before[0], gap, bias)
+    first = int(np.argmax(worth))
     most = limit.left_by_flexible * limit.left_along  # six numbers a frame come near to much
     return bool(sure[first] and left.varies[bias, first] > most * gap.varies[bias, first])
 
@@ -149,8 +149,7 @@ def _leaves(
         along[[effect.axes[:1] == (axis.name,) for axis in validator.evidence.axes]] = limit.untouched
     if learned:  # along its own axes as much is removed as other frames say for sure is there
         along[[axis.name in effect.axes for axis in validator.evidence.axes]] = limit.untouched
-    sure = gap.varies[k] > limit.sure * gap.chance[k]
-    worth = np.where(sure, gap.varies[k], 0) / whole - _cost(validator)
+    sure, worth = _worth(validator, gap, k)
     first = int(np.argmax(worth))
     if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
         return None
@@ -288,6 +287,13 @@ def _scaled(a: Floats, b: Floats) -> Floats:
     kinds = np.stack([bias, spread, holes / np.sqrt(2)]) / np.sqrt(4 * np.log(2))
     roots = [np.sqrt(x / x.sum(axis=1, keepdims=True)) for x in (a, b)]
     return np.concatenate([kinds, (roots[0] - roots[1]).T])
+
+
+def _worth(validator: Validator, gap: Changes, k: int) -> tuple[NDArray[np.bool_], Floats]:
+    """(axes,) where one kind surely changes, and how much of it each axis explains, over what its cells cost."""
+    sure = gap.varies[k] > validator.evidence.config.agreement.sure * gap.chance[k]
+    whole = max(float(gap.whole[k]), 1e-12)
+    return sure, np.where(sure, gap.varies[k], 0) / whole - _cost(validator)
 
 
 def _cost(validator: Validator) -> Floats:
