@@ -11,6 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import MEASURE, UNIT
 from depthsim.gap.depth.data.evidence import Evidence
@@ -20,17 +22,19 @@ from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit.agreement import leaves_biases
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
+from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.pattern import learn_pattern
 from depthsim.gap.depth.fit.poses import register_frames
 from depthsim.gap.depth.fit.select import Selection, select
+from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.tasks.measure import tasks_of
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
-from depthsim.gap.diagnosis import Diagnosis, Gap, Nearest, Unexplained
+from depthsim.gap.diagnosis import Cut, Diagnosis, Gap, Nearest, Unexplained
 from depthsim.gap.report.folder import check_report_folder
-from depthsim.gap.selection import verdict_of
+from depthsim.gap.selection import Refused, verdict_of
 from depthsim.materials import Materials
 from depthsim.runs.folder import Run
 from depthsim.scene import Scene
@@ -159,6 +163,9 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
 
     # How far do they close it?
     after, gap = _how_far(recorded, validator, selection, before)
+    if not is_cause and gap.closed_fraction < config.agreement.well and _acts_elsewhere(selection, where):
+        selection, named = _refused(validator, selection, before, where[0].axis), False
+        after, gap = before, _gap(before, before, 0.0, 0.0)
 
     # Where is the rest?
     say("locating what is left")
@@ -232,6 +239,24 @@ def _seen_again(validator: Validator, selecting: Validator, selection: Selection
         near.append(Nearest(effect=kept.parts[number].effect, closed_fraction=share, why_not=why))
         kept = kept.less(number)
     return replace(selection, model=kept, nearest=tuple(near))
+
+
+def _acts_elsewhere(selection: Selection, where: Sequence[Cut]) -> bool:
+    """Whether no cause acts along the axis on which the gap lies first."""
+    first = {axis for cut in where[:1] for axis in cut.axis.split(" x ")}
+    causes = [part.effect for part in selection.model.parts]
+    return bool(causes and first) and not any(first & set(effect_class(cause).axes) for cause in causes)
+
+
+def _refused(validator: Validator, selection: Selection, before: Score, first: str) -> Selection:
+    """No cause, and those that were as what comes near. first: the axis along which none of them acts."""
+    base, why = validator.evidence.base, f"does not act along {first.replace('_', ' ')}, on which the gap lies first"
+    shares = credit(validator, base, selection.model)
+    refused = Refused({near.effect: near for near in selection.nearest})
+    for part, share in zip(selection.model.parts, shares, strict=True):
+        refused.refuse(part.effect, share / max(before.above, 1e-12), why)
+    nearest = refused.nearest((), validator.evidence.config.select)
+    return replace(selection, model=Model((), np.empty(0)), nearest=nearest, ties={})
 
 
 def _matter(recorded: Validator, registered: Validator, selection: Selection) -> bool:

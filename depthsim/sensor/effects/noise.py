@@ -174,7 +174,7 @@ class IncidenceNoise(Effect):
         about="how fast sigma's noise grows",
         source="the tangent; of 1, 2 and 3, fitted on half of the D435 frames of aims-slam, 2 is nearest to the other "
         "half at 40 to 80°; Nguyen's θ²/(90° - θ)² is as near",
-        frozen=True,
+        starts=(1, 2),
     )
     gain: float = _gain("1", "at 45°", (0.2, 1.0))
 

@@ -1,6 +1,7 @@
 """What any sensor makes of frames whose geometry is known: the sensor's own pipeline, with casts that are kept."""
 
 import threading
+from collections import OrderedDict
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,7 +27,9 @@ the gap is located by. No recording that is diagnosed can have been made by one 
 _CASTS = 2
 """How many casts of bent rays are kept of a frame."""
 _KEPT = 1 << 28
-"""Bytes of pictures that are kept of frames before those that are looked at."""
+"""Bytes of pictures that are kept of frames before those that are looked at, and of what their rays meet."""
+_BYTES = 14
+"""Of a pixel in what its rays meet."""
 
 
 class Replay:
@@ -40,6 +43,8 @@ class Replay:
         self._own = threading.local()
         self._casts: dict[int, list[tuple[Camera, list[Effect], bool, Geometry]]] = {}
         self._fields: dict[int, Fields] = {}
+        self._met_before: OrderedDict[tuple[object, ...], Geometry] = OrderedDict()
+        self._lock = threading.Lock()
         self._pasts: dict[Camera, tuple[list[Effect], list[Effect], Past]] = {}
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
@@ -73,6 +78,8 @@ class Replay:
         own, camera, right = bending(effects), pipeline.camera, any(effect.needs_right for effect in effects)
         if known is not None and camera == known.camera and not own:
             return known.geometry
+        if known is None and not own:
+            return self._before(pipeline, exposure, right)
         keeps = known is not None and own and exposure.seed == FITTING and camera.width <= known.camera.left.width
         kept = self._casts.get(exposure.index, []) if keeps else []
         for eye, others, with_right, cast in kept:
@@ -81,6 +88,20 @@ class Replay:
         met = pipeline.cast(effects, exposure, right=right)
         if keeps:
             self._casts[exposure.index] = [(camera, own, right, met), *kept][:_CASTS]
+        return met
+
+    def _before(self, pipeline: Pipeline, exposure: Exposure, right: bool) -> Geometry:
+        """What straight rays meet in a frame before those that are looked at; the last ones are kept."""
+        camera = pipeline.camera
+        key = camera, right, exposure.stamp, exposure.pose.tobytes()
+        with self._lock:
+            met = self._met_before.pop(key, None)
+        if met is None:
+            met = pipeline.cast((), exposure, right=right)
+        with self._lock:
+            self._met_before[key] = met
+            while len(self._met_before) * _BYTES * camera.width * camera.height > _KEPT and len(self._met_before) > 1:
+                self._met_before.popitem(last=False)
         return met
 
     def _past_of(self, effects: Sequence[Effect], pipeline: Pipeline) -> Past:

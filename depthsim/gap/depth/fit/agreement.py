@@ -8,7 +8,7 @@ leaves nearly all.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,8 @@ Floats = NDArray[np.float64]
 Effects = Sequence[Effect]
 KINDS = ("bias", "spread", "missing", "all")
 ALL = 3
+_BITS = 2 * np.log(2)
+"""Squared differences of the roots of shares, where they are small, for a bit of divergence."""
 _WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "all": "errors"}
 
 
@@ -103,6 +105,8 @@ def disagreement(
     """
     if makes_steps(validator, before, after):  # which nothing else does
         return None
+    if _is_idle(validator, effect, before, after):
+        return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
     is_first = tuple(before) == validator.evidence.base
     if is_first and not validator.score(after).stands_out(validator.config):  # nothing is left that could disagree
         return None
@@ -119,7 +123,12 @@ def disagreement(
         answers = acts[k] >= limit.acts * acts[ALL] or (learned and kind == effect.kinds[0])
         if k != ALL and not (kind in effect.kinds and answers):
             continue
-        if why := _leaves(validator, effect, gap, left, k, alone, flexible, closes_well):
+        seen = gap, left
+        if k == ALL:
+            seen = less_others(gap, effect), less_others(left, effect)
+        if why := _leaves(validator, effect, *seen, k, alone, flexible, closes_well):
+            return why
+        if kind == effect.kinds[0] and (why := _is_of(validator, effect, before, gap, k)):
             return why
         if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, gap, left, k)):
             return why
@@ -164,6 +173,36 @@ def _leaves(
     return None
 
 
+def _is_of(validator: Validator, effect: type[Effect], before: Effects, gap: Changes, k: int) -> str | None:
+    """Whether a kind of gap changes first along an axis of another cause of that kind, and none of the effect's.
+
+    Then it is what that cause's own formula leaves, which many another effect takes up. A learned pattern has none.
+    """
+    sure, worth = _worth(validator, gap, k)
+    first = int(np.argmax(worth))
+    if not sure[first] or gap.varies[k, first] <= validator.evidence.config.agreement.uniform * gap.whole[k]:
+        return None
+    along = set(validator.evidence.axes[first].name.split(" x "))
+    for cause in before:
+        named = cause not in validator.evidence.base and not learned_of(type(cause))
+        if named and KINDS[k] in cause.kinds and along & set(cause.axes) and not along & set(effect.axes):
+            return f"is for what {cause.id} leaves along {_name(validator, first)}"
+    return None
+
+
+def less_others(changes: Changes, effect: type[Effect]) -> Changes:
+    """The same, where what all errors change by is without the holes, or without all but them, if they are not the
+    effect's: pixels without depth have no error, and one effect may make the errors and another the holes."""
+    holes = KINDS.index("missing")
+    others = [k for k in range(ALL) if k != holes] if effect.kinds == ("missing",) else [holes]
+    if "missing" in effect.kinds and effect.kinds != ("missing",):
+        return changes
+    rows = [x.copy() for x in (changes.mean, changes.varies)]
+    for row in rows:
+        row[ALL] -= _BITS * np.maximum(row[others], 0).sum(axis=0)
+    return replace(changes, mean=rows[0], varies=rows[1])
+
+
 def _leaves_elsewhere(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, k: int) -> str | None:
     """Whether what is left of a kind of gap lies along an axis that is none of the effect's, as it was."""
     limit, whole = validator.evidence.config.agreement, float(left.whole[k])
@@ -206,6 +245,21 @@ def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: 
         if more > least:
             return f"makes {_WORDS[kind]} change along {effect.axes[0].replace('_', ' ')}, where the recording's do not"
     return None
+
+
+def _is_idle(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether an effect that the sensor has not, as it is fitted, changes nothing along the axis it is known by.
+
+    Such as a drift over time that has come to its end with the first frame: any bias along range does as well.
+    """
+    if not effect.axes or effect.axes[0] == "range" or effect.kinds[0] not in KINDS:
+        return False
+    if any(effect.id == there.id for there in validator.evidence.base):
+        return False
+    does, k = validator.once(done_by, before, after), KINDS.index(effect.kinds[0])
+    own = [n for n, axis in enumerate(validator.evidence.axes) if axis.name == effect.axes[0]]
+    least = validator.evidence.config.agreement.idle * float(does.whole[k])
+    return bool(own) and float(does.varies[k, own].max()) < least
 
 
 def _name(validator: Validator, axis: int) -> str:
