@@ -142,14 +142,19 @@ class DepthAgreement(Section):
     left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
     well: float = _value(
         0.8,
-        "of a gap: a cause that closes so much may leave more along the axis that it is known by, up to `untouched`",
+        "of a gap: a cause that closes so much may leave more along the axis that it is known by, up to `untouched`, "
+        "and causes that do need not act along the axis on which the gap lies first",
     )
     left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
     together: float = _value(0.3, "of what an effect does: with more going together, it is no independent error")
-    idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
+    idle: float = _value(
+        0.02,
+        "of what an effect does: with more of its own along the axis that it is known by, or with no more in all, "
+        "it is no cause",
+    )
     steps: float = _value(0.1, "bits by which the phases of disparities must differ for their steps to be wrong")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
 

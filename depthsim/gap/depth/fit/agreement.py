@@ -78,6 +78,18 @@ def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Eff
     return bool(sure[first] and left.varies[bias, first] > most * gap.varies[bias, first])
 
 
+def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[str]]]:
+    """Kinds of which there is much of the gap, and the names of the axis along which each changes most."""
+    gap, limit = validator.once(against, effects), validator.evidence.config.agreement
+    found = []
+    for k, kind in enumerate(KINDS[:ALL]):
+        sure, worth = _worth(validator, gap, k)
+        first = int(np.argmax(worth))
+        if sure[first] and gap.whole[k] >= limit.acts * gap.whole[ALL]:
+            found.append((kind, set(validator.evidence.axes[first].name.split(" x "))))
+    return found
+
+
 def makes_steps(validator: Validator, before: Effects, after: Effects) -> bool:
     """Whether the disparities of ``after`` lie on steps that the recording has, and those of ``before`` do not."""
     if validator.evidence.cuts.own_steps is None:
@@ -252,8 +264,8 @@ def _is_idle(validator: Validator, effect: type[Effect], before: Effects, after:
 
     Such as a drift over time that has come to its end with the first frame: any bias along range does as well.
     """
-    if not effect.axes or effect.axes[0] == "range" or effect.kinds[0] not in KINDS:
-        return False
+    if not effect.axes or effect.axes[0] == "range" or effect.kinds[0] not in ("bias", "missing"):
+        return False  # noise is much the same all over where a camera moves evenly, or sees what is alike
     if any(effect.id == there.id for there in validator.evidence.base):
         return False
     does, k = validator.once(done_by, before, after), KINDS.index(effect.kinds[0])

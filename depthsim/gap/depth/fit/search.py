@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.fit.agreement import disagreement, makes_steps
+from depthsim.gap.depth.fit.agreement import disagreement, first_axes, makes_steps
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
 from depthsim.gap.depth.fit.validate import Validator
@@ -76,7 +76,7 @@ class Search:
         """
         found: list[Trial] = []
         least = np.inf
-        screened = self._first_of_each_kind(self._screen(so_far, is_out))
+        screened = self._leading(self._screen(so_far, is_out), so_far.build(self.base) if so_far else self.base)
         for model in [*screened, *self._passed_over(screened, so_far, earlier)]:
             self.say(f"fitting {model.parts[-1].effect}")
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished=False)
@@ -95,8 +95,11 @@ class Search:
         first = plainest(found, lambda trial: trial.gap, lambda trial: len(trial.newest.free), margin)
         return sorted(found, key=lambda trial: trial is not first)
 
-    def _first_of_each_kind(self, screened: Sequence[Model]) -> list[Model]:
-        """The leaders, of which not all make one kind of error, and whatever may make the recording's steps."""
+    def _leading(self, screened: Sequence[Model], base: Sequence[Effect]) -> list[Model]:
+        """The leaders, of which not all make one kind of error, and whatever may make the recording's steps.
+
+        And of each kind of the gap the first that acts along the axis on which that changes most.
+        """
         found: list[Model] = []
         steps = self.evidence.cuts.own_steps is not None
         for model in screened:
@@ -105,6 +108,11 @@ class Search:
             leads = len(found) < self.config.fit.leaders and len(alike) < self.config.fit.leaders_of_kind
             if leads or (steps and kind.axes[:1] == ("disparity_phase",)):
                 found.append(model)
+        for kind_of_gap, along in first_axes(self.validator, base):
+            acting = (m for m in screened if _acts(m.parts[-1].effect, kind_of_gap, along))
+            first = next(acting, None)
+            if first is not None and all(first is not model for model in found):
+                found.append(first)
         return found
 
     def _passed_over(self, screened: Sequence[Model], so_far: Model | None, earlier: Sequence[Trial]) -> list[Model]:
@@ -191,6 +199,11 @@ class Search:
             return self.validator.ruler.roots(self.evidence.total(effects, blocks))
 
         return roots
+
+
+def _acts(effect: str, kind: str, along: set[str]) -> bool:
+    known = effect_class(effect)
+    return kind == known.kinds[0] and bool(along & set(known.axes))
 
 
 def _key(model: Model) -> frozenset[str]:
