@@ -150,10 +150,10 @@ class DepthAgreement(Section):
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
     together: float = _value(0.3, "of what an effect does: with more going together, it is no independent error")
-    idle: float = _value(
-        0.02,
-        "of what an effect does: with more of its own along the axis that it is known by, or with no more in all, "
-        "it is no cause",
+    idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
+    known_by: float = _value(
+        0.05,
+        "of what a bias or holes do: with less of it changing along the axis that they are known by, they are others",
     )
     steps: float = _value(0.1, "bits by which the phases of disparities must differ for their steps to be wrong")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")

@@ -242,10 +242,13 @@ def _seen_again(validator: Validator, selecting: Validator, selection: Selection
 
 
 def _acts_elsewhere(selection: Selection, where: Sequence[Cut]) -> bool:
-    """Whether no cause acts along the axis on which the gap lies first."""
+    """Whether no cause acts along the axis on which the gap lies first.
+
+    Tails do not count: they are in few pixels, and most of what these change elsewhere is chance.
+    """
     first = {axis for cut in where[:1] for axis in cut.axis.split(" x ")}
-    causes = [part.effect for part in selection.model.parts]
-    return bool(causes and first) and not any(first & set(effect_class(cause).axes) for cause in causes)
+    causes = [effect_class(part.effect) for part in selection.model.parts]
+    return bool(causes and first) and not any(first & set(one.axes) or one.kinds[0] == "tail" for one in causes)
 
 
 def _refused(validator: Validator, selection: Selection, before: Score, first: str) -> Selection:

@@ -268,10 +268,10 @@ def _is_idle(validator: Validator, effect: type[Effect], before: Effects, after:
         return False  # noise is much the same all over where a camera moves evenly, or sees what is alike
     if any(effect.id == there.id for there in validator.evidence.base):
         return False
-    does, k = validator.once(done_by, before, after), KINDS.index(effect.kinds[0])
+    does = validator.once(done_by, before, after)
     own = [n for n, axis in enumerate(validator.evidence.axes) if axis.name == effect.axes[0]]
-    least = validator.evidence.config.agreement.idle * float(does.whole[k])
-    return bool(own) and float(does.varies[k, own].max()) < least
+    least = validator.evidence.config.agreement.known_by * float(does.whole[ALL])
+    return bool(own) and float(does.varies[ALL, own].max()) < least
 
 
 def _name(validator: Validator, axis: int) -> str:
