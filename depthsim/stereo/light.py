@@ -39,9 +39,10 @@ _LANES = 16
 
 
 @inlined
-def _collect(at, count, work, row_size, samples, speckle, contrast, looks, ray_x, ray_y, depth, face, tag, lit, sunlit, normals, albedo):
+def _collect(at, count, work, grain, speckle, looks, ray_x, ray_y, depth, face, tag, lit, sunlit, normals, albedo):
     """Read what is known of ``count`` rays from ``at`` on; a ray that meets nothing has no normal and no light."""
-    pixels = row_size // samples
+    contrast, row_size, across, down = grain[0], np.int64(grain[1]), np.int64(grain[2]), np.int64(grain[3])
+    pixels = row_size // across
     u, v = at % row_size, at // row_size
     for i in range(count):
         k = at + i
@@ -53,7 +54,7 @@ def _collect(at, count, work, row_size, samples, speckle, contrast, looks, ray_x
         work[_NORMAL_Z, i] = normals[f, 2] if hit else _f(0)
         work[_SCATTERED, i], work[_MIRRORED, i], work[_CONTRAST, i] = looks[t, 0], looks[t, 1], looks[t, 2]
         work[_ALBEDO, i] = albedo[k] if albedo.size > 0 else _f(-1)
-        grain = _f(1) + contrast * speckle[v // samples * pixels + u // samples]
+        grain = _f(1) + contrast * speckle[v // down * pixels + u // across]
         work[_LIT, i] = max(grain, _f(0)) if hit and lit[k] != 0 else _f(0)
         work[_SUNLIT, i] = _f(sunlit[k])
         u += 1
@@ -187,18 +188,14 @@ def radiance(  # noqa: ANN201 - numba
     offset, source: x of the imager and of the projector, in the left camera's frame [m].
     pattern: of :func:`~depthsim.stereo.pattern.dot_pattern`. light: (2,) irradiance of sky and sun [W/m²].
     sun: (3,) towards it, camera frame. looks: (256, 3) by tag: scattered and mirrored share, and contrast of texture.
-    speckle: (H·W,) normal numbers a pixel, ``grain`` (3,) its contrast, rays a row, and rays a pixel each way.
+    speckle: (H·W,) normal numbers a pixel, ``grain`` (4,) its contrast, rays a row, and rays a pixel across and down.
     lit, sunlit: uint8, whether the projector and the sun see the point. normals: (F, 3) world. albedo: what meshes with
     colours of their own scatter, in place of the first of ``looks``, below 0 for others; or nothing.
     """
     work, places = np.zeros((_ROWS, BLOCK), np.float32), np.empty((3, BLOCK), np.float32)
-    row_size, samples = np.int64(grain[1]), np.int64(grain[2])
     for at in range(start, stop, BLOCK):
         count = min(BLOCK, stop - at)
-        _collect(
-            at, count, work, row_size, samples, speckle, grain[0], looks, ray_x, ray_y, depth, face, tag, lit, sunlit,
-            normals, albedo,
-        )  # fmt: skip
+        _collect(at, count, work, grain, speckle, looks, ray_x, ray_y, depth, face, tag, lit, sunlit, normals, albedo)
         _texture(count, work, places, pose, pixel, contrasts)
         _aim(work.ctypes.data, pose, offset, source)
         _shine(count, work, pattern)
