@@ -3,7 +3,19 @@
 import numpy as np
 
 from depthsim.kernels import inlined, kernel
-from depthsim.lanes import choose, count_true, first_true, least, least_of, load_bytes, load_words, spread, store, widen
+from depthsim.lanes import (
+    choose,
+    count_true,
+    first_true,
+    least,
+    least_of,
+    load_bytes,
+    load_words,
+    slide,
+    spread,
+    store,
+    widen,
+)
 from depthsim.stereo.cost import LANES
 from depthsim.stereo.paths import step
 
@@ -34,39 +46,30 @@ def _first(values, wanted, padded):
 
 
 @inlined
-def _show_right(total, count, lowest, disparity, padded):
-    """Let the right image's pixels, from an address on, take what a left pixel's costs are lower than or equal to.
+def _look_on(total, at, count, above, lowest, disparity, padded):
+    """What else the sums, from an address on, say of a pixel whose lowest is at ``at``.
 
-    count: 0, 1, 2, ... as an array, because numba frees an array of which nothing but the address is used any more.
+    Returns how many of them are below ``above``, and the lowest but for those at ``at`` and beside it. The right
+    image's pixels take what these costs are lower than or equal to. lowest, disparity: addresses of the sums and
+    disparities of those that this pixel may be, in the order of disparities; when it was the pixel to the right they
+    stood one place on. count: 0, 1, 2, ...
     """
-    counted = count.ctypes.data
+    crowd, lows = np.int32(0), spread(np.uint16(65535), LANES)
+    low, place = load_words(lowest, LANES), load_words(disparity, LANES)
     for d in range(0, padded, LANES):
-        here, before = load_words(total + 2 * d, LANES), load_words(lowest + 2 * d, LANES)
+        here, own = load_words(total + 2 * d, LANES), load_words(count + 2 * d, LANES)
+        crowd += count_true(here < above)
+        lows = least(lows, choose(own - np.uint16(at - 1) <= np.uint16(2), np.uint16(65535), here))
+        next_low, next_place = (
+            load_words(lowest + 2 * (d + LANES), LANES),
+            load_words(disparity + 2 * (d + LANES), LANES),
+        )
+        before, after = slide(low, next_low, 1), slide(place, next_place, 1)
         lower = here <= before
         store(lowest + 2 * d, choose(lower, here, before))
-        place = load_words(counted + 2 * d, LANES)
-        store(disparity + 2 * d, choose(lower, place, load_words(disparity + 2 * d, LANES)))
-
-
-@inlined
-def _below(total, limit, padded):
-    """How many of the sums, from an address on, are below a limit."""
-    count = np.int32(0)
-    for d in range(0, padded, LANES):
-        count += count_true(load_words(total + 2 * d, LANES) < np.uint16(limit))
-    return count
-
-
-@inlined
-def _second(total, at, padded):
-    """The lowest of the sums but those at ``at`` and beside it, which are lost."""
-    for d in range(max(at - 1, 0), min(at + 2, padded)):
-        total[d] = np.uint16(65535)
-    lows = spread(np.uint16(65535), LANES)
-    values = total.ctypes.data
-    for d in range(0, padded, LANES):
-        lows = least(lows, load_words(values + 2 * d, LANES))
-    return least_of(lows)
+        store(disparity + 2 * d, choose(lower, own, after))
+        low, place = next_low, next_place
+    return crowd, least_of(lows)
 
 
 @kernel
@@ -94,15 +97,17 @@ def choose_rows(  # noqa: ANN201 - numba
     best = np.empty(width, np.int16)
     lowest, second = np.empty(width, np.uint16), np.empty(width, np.uint16)
     crowd = np.empty(width, np.int32)
-    # Of the right image, backwards, as disparities run.
-    right, right_lowest = np.empty(width + padded, np.uint16), np.empty(width + padded, np.uint16)
+    right = np.empty(width, np.uint16)
+    # Of the right image's pixels that a pixel of the left one may be; an array, because numba frees an array of which
+    # nothing but the address is used any more.
+    seen = np.empty((2, padded + LANES), np.uint16)
+    right_lowest, right_place, counted = seen[0].ctypes.data, seen[1].ctypes.data, count.ctypes.data
     for y in range(start, stop):
         low = np.uint8(0)
         ends[LANES : LANES + padded] = np.uint8(0)
         for x in range(width):
             low = step(cost[y, x].ctypes.data, base + x * padded, low, small, large, base + (x + 1) * padded, padded)
-        right_lowest[:] = np.uint16(65535)
-        right[:] = np.uint16(65535)
+        seen[:] = np.uint16(65535)
         back[LANES : LANES + padded] = np.uint8(0)
         low = np.uint8(0)
         now = 0
@@ -115,15 +120,15 @@ def choose_rows(  # noqa: ANN201 - numba
             lowest[x] = _gather(base + (x + 1) * padded, there, vertical[y, x].ctypes.data, sums, padded)
             at = _first(sums, lowest[x], padded)
             best[x] = at
-            _show_right(sums, count, right_lowest[k:].ctypes.data, right[k:].ctypes.data, padded)
-            crowd[x] = _below(sums, np.int64(lowest[x]) + above, padded)
-            second[x] = _second(total, at, padded)
+            limit = np.uint16(min(np.int64(lowest[x]) + above, 65535))
+            crowd[x], second[x] = _look_on(sums, at, counted, limit, right_lowest, right_place, padded)
+            right[x] = seen[1, 0]
         for x in range(width):
             d = best[x]
             out[y, x], firm[y, x] = np.int16(-1), np.uint8(0)
             if d > x - margin or d >= disparities - 1 or cost[y, x, d] > worst:
                 continue
-            off = abs(np.int64(right[width - 1 - (x - d)]) - d)
+            off = abs(np.int64(right[x - d]) - d)
             if off > left_right or crowd[x] > most:
                 continue
             out[y, x] = d
