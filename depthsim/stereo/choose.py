@@ -10,7 +10,7 @@ from depthsim.lanes import (
     least,
     least_of,
     load_bytes,
-    load_words,
+    narrow,
     slide,
     spread,
     store,
@@ -24,50 +24,56 @@ JUMP = 2
 
 
 @inlined
+def mean_of(a, b):  # noqa: ANN201 - numba
+    """Of bytes, rounded up at a half: one machine instruction."""
+    return narrow(widen(a) + widen(b) + np.uint16(1), np.uint16(1))
+
+
+@inlined
 def _gather(to_right, to_left, vertical, out, padded):
-    """Add up all four paths of a pixel, the mean of the vertical two twice; returns the lowest sum. Addresses."""
-    lows = spread(np.uint16(65535), LANES)
+    """The mean of all four paths of a pixel; returns the lowest. Addresses; ``vertical`` has the mean of two."""
+    lows = spread(np.uint8(255), LANES)
     for d in range(0, padded, LANES):
-        up_down = widen(load_bytes(vertical + d, LANES))
-        total = widen(load_bytes(to_right + d, LANES)) + widen(load_bytes(to_left + d, LANES)) + up_down + up_down
-        store(out + 2 * d, total)
+        along = mean_of(load_bytes(to_right + d, LANES), load_bytes(to_left + d, LANES))
+        total = mean_of(along, load_bytes(vertical + d, LANES))
+        store(out + d, total)
         lows = least(lows, total)
     return least_of(lows)
 
 
 @inlined
 def _first(values, wanted, padded):
-    """Where, from an address on, the first number is that equals ``wanted``."""
+    """Where, from an address on, the first byte is that equals ``wanted``."""
     for d in range(0, padded, LANES):
-        at = first_true(load_words(values + 2 * d, LANES) == wanted)
+        at = first_true(load_bytes(values + d, LANES) == wanted)
         if at < LANES:
             return d + at
     return padded
 
 
 @inlined
-def _look_on(total, at, count, above, lowest, disparity, padded):
-    """What else the sums, from an address on, say of a pixel whose lowest is at ``at``.
+def _look_on(total, at, lanes, column, above, lowest, where, padded):
+    """What else the costs, from an address on, say of a pixel whose lowest is at ``at``.
 
-    Returns how many of them are below ``above``, and the lowest but for those at ``at`` and beside it. The right
-    image's pixels take what these costs are lower than or equal to. lowest, disparity: addresses of the sums and
-    disparities of those that this pixel may be, in the order of disparities; when it was the pixel to the right they
-    stood one place on. count: 0, 1, 2, ...
+    Returns how many of them are below ``above``, and the lowest but for those at ``at`` and beside it. lanes: address
+    of 0 to 63.
+    The right image's pixels take this ``column`` where its costs are lower than or equal to theirs. lowest, where:
+    addresses of the costs and columns of those that this pixel may be, in the order of disparities; for the pixel to
+    the right they stood one place on.
     """
-    crowd, lows = np.int32(0), spread(np.uint16(65535), LANES)
-    low, place = load_words(lowest, LANES), load_words(disparity, LANES)
+    crowd, lows = np.int32(0), spread(np.uint8(255), LANES)
+    low, place, lane = load_bytes(lowest, LANES), load_bytes(where, LANES), load_bytes(lanes, LANES)
     for d in range(0, padded, LANES):
-        here, own = load_words(total + 2 * d, LANES), load_words(count + 2 * d, LANES)
+        here = load_bytes(total + d, LANES)
         crowd += count_true(here < above)
-        lows = least(lows, choose(own - np.uint16(at - 1) <= np.uint16(2), np.uint16(65535), here))
-        next_low, next_place = (
-            load_words(lowest + 2 * (d + LANES), LANES),
-            load_words(disparity + 2 * (d + LANES), LANES),
-        )
-        before, after = slide(low, next_low, 1), slide(place, next_place, 1)
+        # Outside these 64 is as good as just outside.
+        beside = np.uint8(min(max(at - 1 - d, -3), LANES))
+        lows = least(lows, choose(lane - beside <= np.uint8(2), np.uint8(255), here))
+        next_low, next_place = load_bytes(lowest + d + LANES, LANES), load_bytes(where + d + LANES, LANES)
+        before = slide(low, next_low, 1)
         lower = here <= before
-        store(lowest + 2 * d, choose(lower, here, before))
-        store(disparity + 2 * d, choose(lower, own, after))
+        store(lowest + d, choose(lower, here, before))
+        store(where + d, choose(lower, column, slide(place, next_place, 1)))
         low, place = next_low, next_place
     return crowd, least_of(lows)
 
@@ -80,7 +86,7 @@ def choose_rows(  # noqa: ANN201 - numba
 
     cost: (H, W, P) uint8 window costs. vertical: the same, the mean of the paths down and up.
     steps: what a path charges for a change of 1 px, and for a larger one. worst: highest window cost.
-    left_right: most that the right image's own disparity may differ by [px]. median: how much the sum at the quantile
+    left_right: most that the right image's own disparity may differ by [px]. median: how much the cost at the quantile
     must be above the lowest, and how many disparities are below the quantile.
     peak: share by which every other disparity must be worse for the pixel to be firm.
     out: (H, W) int16 [px], -1 where there is none. firm: (H, W) uint8, 1 where left and right agree to 1 px, too.
@@ -92,22 +98,23 @@ def choose_rows(  # noqa: ANN201 - numba
     ends = np.full((width + 2) * padded + LANES, 255, np.uint8)
     base = ends.ctypes.data + LANES
     back = np.full(4 * padded + LANES, 255, np.uint8)
-    total, count = np.empty(padded, np.uint16), np.arange(padded).astype(np.uint16)
-    sums = total.ctypes.data
-    best = np.empty(width, np.int16)
-    lowest, second = np.empty(width, np.uint16), np.empty(width, np.uint16)
+    best, right = np.empty(width, np.int16), np.empty(width, np.uint8)
+    lowest, second = np.empty(width, np.uint8), np.empty(width, np.uint8)
     crowd = np.empty(width, np.int32)
-    right = np.empty(width, np.uint16)
-    # Of the right image's pixels that a pixel of the left one may be; an array, because numba frees an array of which
-    # nothing but the address is used any more.
-    seen = np.empty((2, padded + LANES), np.uint16)
-    right_lowest, right_place, counted = seen[0].ctypes.data, seen[1].ctypes.data, count.ctypes.data
+    # Costs, 0 to 63, and the costs and columns of the right image's pixels that a pixel may be. All are used by their
+    # addresses and each once by itself, because numba frees an array of which nothing but the address is used any more.
+    bytes_ = np.empty((4, padded + LANES), np.uint8)
+    for d in range(LANES):
+        bytes_[1, d] = np.uint8(d)
+    pace = padded + LANES
+    sums = bytes_.ctypes.data
+    lanes, right_lowest, right_column = sums + pace, sums + 2 * pace, sums + 3 * pace
     for y in range(start, stop):
         low = np.uint8(0)
         ends[LANES : LANES + padded] = np.uint8(0)
         for x in range(width):
             low = step(cost[y, x].ctypes.data, base + x * padded, low, small, large, base + (x + 1) * padded, padded)
-        seen[:] = np.uint16(65535)
+        bytes_[2:] = np.uint8(255)
         back[LANES : LANES + padded] = np.uint8(0)
         low = np.uint8(0)
         now = 0
@@ -120,15 +127,16 @@ def choose_rows(  # noqa: ANN201 - numba
             lowest[x] = _gather(base + (x + 1) * padded, there, vertical[y, x].ctypes.data, sums, padded)
             at = _first(sums, lowest[x], padded)
             best[x] = at
-            limit = np.uint16(min(np.int64(lowest[x]) + above, 65535))
-            crowd[x], second[x] = _look_on(sums, at, counted, limit, right_lowest, right_place, padded)
-            right[x] = seen[1, 0]
+            limit, column = np.uint8(min(np.int64(lowest[x]) + above, 255)), np.uint8(x)
+            crowd[x], second[x] = _look_on(sums, at, lanes, column, limit, right_lowest, right_column, padded)
+            right[x] = bytes_[3, 0]
         for x in range(width):
             d = best[x]
             out[y, x], firm[y, x] = np.int16(-1), np.uint8(0)
             if d > x - margin or d >= disparities - 1 or cost[y, x, d] > worst:
                 continue
-            off = abs(np.int64(right[x - d]) - d)
+            # Columns are known by their last byte: a difference of 256 px is none.
+            off = abs(np.int64(np.int8(np.uint8(right[x - d] - np.uint8(x)))))
             if off > left_right or crowd[x] > most:
                 continue
             out[y, x] = d

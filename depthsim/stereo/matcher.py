@@ -59,7 +59,7 @@ class Matcher:
         split(
             choose.choose_rows, height, threads, self._cost, self._vertical, disparities,
             (min(small, 255), min(large, 255)), settings.margin, worst, settings.left_right,
-            (int(settings.median * 4 * cost.BITS * pixels) >> shift, int(settings.quantile * disparities)),
+            (int(settings.median * cost.BITS * pixels) >> shift, int(settings.quantile * disparities)),
             settings.second_peak, whole, firm,
         )  # fmt: skip
         across, down = settings.neighbourhood[0] // 2, settings.neighbourhood[1] // 2
