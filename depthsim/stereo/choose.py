@@ -21,6 +21,8 @@ from depthsim.stereo.paths import step
 
 JUMP = 2
 """[px] Between neighbours, that makes two surfaces of them."""
+ROWS = 4
+"""Rows whose paths go on in turn: each step has to wait for the one before it."""
 
 
 @inlined
@@ -95,8 +97,8 @@ def choose_rows(  # noqa: ANN201 - numba
     above, most = median
     _, width, padded = cost.shape
     # The byte before a pixel's costs is the last of the pixel's before it, or one of these: 255.
-    ends = np.full((width + 2) * padded + LANES, 255, np.uint8)
-    base = ends.ctypes.data + LANES
+    ends = np.full((ROWS, (width + 2) * padded + LANES), 255, np.uint8)
+    base, low = ends.ctypes.data + LANES, np.empty(ROWS, np.uint8)
     back = np.full(4 * padded + LANES, 255, np.uint8)
     best, right = np.empty(width, np.int16), np.empty(width, np.uint8)
     lowest, second = np.empty(width, np.uint8), np.empty(width, np.uint8)
@@ -109,38 +111,43 @@ def choose_rows(  # noqa: ANN201 - numba
     pace = padded + LANES
     sums = bytes_.ctypes.data
     lanes, right_lowest, right_column = sums + pace, sums + 2 * pace, sums + 3 * pace
-    for y in range(start, stop):
-        low = np.uint8(0)
-        ends[LANES : LANES + padded] = np.uint8(0)
+    for first in range(start, stop, ROWS):
+        end = min(first + ROWS, stop)
+        low[:] = np.uint8(0)
+        ends[:, LANES : LANES + padded] = np.uint8(0)
         for x in range(width):
-            low = step(cost[y, x].ctypes.data, base + x * padded, low, small, large, base + (x + 1) * padded, padded)
-        bytes_[2:] = np.uint8(255)
-        back[LANES : LANES + padded] = np.uint8(0)
-        low = np.uint8(0)
-        now = 0
-        for k in range(width):
-            x = width - 1 - k
-            here = back.ctypes.data + LANES + now * 2 * padded
-            there = back.ctypes.data + LANES + (1 - now) * 2 * padded
-            low = step(cost[y, x].ctypes.data, here, low, small, large, there, padded)
-            now = 1 - now
-            lowest[x] = _gather(base + (x + 1) * padded, there, vertical[y, x].ctypes.data, sums, padded)
-            at = _first(sums, lowest[x], padded)
-            best[x] = at
-            limit, column = np.uint8(min(np.int64(lowest[x]) + above, 255)), np.uint8(x)
-            crowd[x], second[x] = _look_on(sums, at, lanes, column, limit, right_lowest, right_column, padded)
-            right[x] = bytes_[3, 0]
-        for x in range(width):
-            d = best[x]
-            out[y, x], firm[y, x] = np.int16(-1), np.uint8(0)
-            if d > x - margin or d >= disparities - 1 or cost[y, x, d] > worst:
-                continue
-            # Columns are known by their last byte: a difference of 256 px is none.
-            off = abs(np.int64(np.int8(np.uint8(right[x - d] - np.uint8(x)))))
-            if off > left_right or crowd[x] > most:
-                continue
-            out[y, x] = d
-            firm[y, x] = np.uint8(off <= 1 and second[x] >= lowest[x] * (1 + peak))
+            for y in range(first, end):
+                row = y - first
+                here = base + row * ends.shape[1] + x * padded
+                low[row] = step(cost[y, x].ctypes.data, here, low[row], small, large, here + padded, padded)
+        for y in range(first, end):
+            bytes_[2:] = np.uint8(255)
+            back[LANES : LANES + padded] = np.uint8(0)
+            least_so_far = np.uint8(0)
+            now, gathered = 0, base + (y - first) * ends.shape[1] + padded
+            for k in range(width):
+                x = width - 1 - k
+                here = back.ctypes.data + LANES + now * 2 * padded
+                there = back.ctypes.data + LANES + (1 - now) * 2 * padded
+                least_so_far = step(cost[y, x].ctypes.data, here, least_so_far, small, large, there, padded)
+                now = 1 - now
+                lowest[x] = _gather(gathered + x * padded, there, vertical[y, x].ctypes.data, sums, padded)
+                at = _first(sums, lowest[x], padded)
+                best[x] = at
+                limit, column = np.uint8(min(np.int64(lowest[x]) + above, 255)), np.uint8(x)
+                crowd[x], second[x] = _look_on(sums, at, lanes, column, limit, right_lowest, right_column, padded)
+                right[x] = bytes_[3, 0]
+            for x in range(width):
+                d = best[x]
+                out[y, x], firm[y, x] = np.int16(-1), np.uint8(0)
+                if d > x - margin or d >= disparities - 1 or cost[y, x, d] > worst:
+                    continue
+                # Columns are known by their last byte: a difference of 256 px is none.
+                off = abs(np.int64(np.int8(np.uint8(right[x - d] - np.uint8(x)))))
+                if off > left_right or crowd[x] > most:
+                    continue
+                out[y, x] = d
+                firm[y, x] = np.uint8(off <= 1 and second[x] >= lowest[x] * (1 + peak))
 
 
 @inlined

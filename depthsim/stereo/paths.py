@@ -10,12 +10,15 @@ import numpy as np
 
 from depthsim.kernels import inlined, kernel
 from depthsim.lanes import add_clipped, least, least_of, load_bytes, narrow, slide, spread, store, widen
+from depthsim.llvm import prefetch
 from depthsim.stereo.cost import LANES
 
 BLOCK = 16
 """Columns that the vertical paths take at a time: what they keep stays in the processor's cache."""
 
 _LAST = LANES - 1
+AHEAD = 4
+"""Rows that costs are asked for ahead: they stand too far apart for the processor to guess."""
 
 
 @inlined
@@ -61,6 +64,8 @@ def vertical(start, stop, cost, small, large, out):  # noqa: ANN201 - numba
         for y in range(height):
             for i in range(count):
                 before, costs = first + y * row + i * padded, cost[y, left + i].ctypes.data
+                for d in range(0, padded, LANES):
+                    prefetch(costs + AHEAD * width * padded + d)
                 lowest[i] = step(costs, before, lowest[i], small, large, before + row, padded)
         ends[LANES:row] = np.uint8(0)
         lowest[:] = np.uint8(0)
@@ -69,6 +74,9 @@ def vertical(start, stop, cost, small, large, out):  # noqa: ANN201 - numba
             here, there = end + (k % 2) * row, end + (1 - k % 2) * row
             for i in range(count):
                 before, after, costs = here + i * padded, there + i * padded, cost[y, left + i].ctypes.data
+                for d in range(0, padded, LANES):
+                    prefetch(costs - AHEAD * width * padded + d)
+                    prefetch(out[y, left + i].ctypes.data - AHEAD * width * padded + d)
                 lowest[i] = step(costs, before, lowest[i], small, large, after, padded)
                 to, gathered = out[y, left + i].ctypes.data, first + (y + 1) * row + i * padded
                 for d in range(0, padded, LANES):
