@@ -199,7 +199,7 @@ def test_the_lowest_mean_of_all_paths_is_chosen(height: int, width: int, dispari
     whole = np.empty((height, width), np.int16)
     firm = np.empty((height, width), np.uint8)
     choose.choose_rows(
-        0, height, costs, vertical, disparities, (43, 218), 0, 255, 64.0, (0, disparities), 0.0, whole, firm
+        0, height, costs, vertical, disparities, (43, 218), 0, 255, 1000.0, (0, disparities), 0.0, whole, firm
     )
     for y in range(height):
         total = mean_of_paths(costs[y, :, :disparities], vertical[y, :, :disparities])
