@@ -31,7 +31,8 @@ def normalise_rows(start, stop, image, across, down, floor, out):  # noqa: ANN20
     """
     height, width = image.shape
     total, square = np.zeros(width, np.float64), np.zeros(width, np.float64)
-    count = (2 * across + 1) * (2 * down + 1)
+    sums, squares = np.empty(width, np.float64), np.empty(width, np.float64)
+    share = 1 / ((2 * across + 1) * (2 * down + 1))
     for y in range(start - 2 * down, stop):
         row = image[min(max(y + down, 0), height - 1)]
         for x in range(width):
@@ -45,12 +46,15 @@ def normalise_rows(start, stop, image, across, down, floor, out):  # noqa: ANN20
             sum1 += total[min(max(k, 0), width - 1)]
             sum2 += square[min(max(k, 0), width - 1)]
         for x in range(width):
-            mean = sum1 / count
-            variance = max(sum2 / count - mean * mean, 0.0)
-            out[y, x] = np.float32((image[y, x] - mean) / np.sqrt(variance + floor * floor))
+            sums[x], squares[x] = sum1, sum2
             entering, leaving = min(x + across + 1, width - 1), max(x - across, 0)
             sum1 += total[entering] - total[leaving]
             sum2 += square[entering] - square[leaving]
+        here, line = image[y], out[y]
+        for x in range(width):
+            mean = sums[x] * share
+            variance = max(squares[x] * share - mean * mean, 0.0)
+            line[x] = np.float32((here[x] - mean) / np.sqrt(variance + floor * floor))
         row = image[min(max(y - down, 0), height - 1)]
         for x in range(width):
             value = np.float64(row[x])
