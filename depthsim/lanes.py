@@ -188,7 +188,7 @@ def _unary(name: str) -> Any:
     return intrinsic(apply)
 
 
-square_root, magnitude = _unary("sqrt"), _unary("fabs")
+square_root, magnitude, round_down = _unary("sqrt"), _unary("fabs"), _unary("floor")
 """Of every lane of a float32 vector."""
 
 
