@@ -56,9 +56,11 @@ def noise_level(image: NDArray[np.float32]) -> float:
     """
     if min(image.shape) < 3:
         return 0.0
-    bent = image[:, :-2] - 2 * image[:, 1:-1] + image[:, 2:]
-    # A third of the rows has the same decile, and sorting is what takes the time.
-    bent = np.abs(bent[:-2:3] - 2 * bent[1:-1:3] + bent[2::3])
+    # A ninth of the rows has the same decile, and sorting is what takes the time.
+    count = -(-(len(image) - 2) // 9)
+    above, here, below = (image[first::9][:count] for first in range(3))
+    bent = above - 2 * here + below
+    bent = np.abs(bent[:, :-2] - 2 * bent[:, 1:-1] + bent[:, 2:])
     # 0.3853 is the third decile of the absolute value of a standard normal number.
     return float(np.percentile(bent, 30)) / (6 * 0.3853)
 
