@@ -158,28 +158,52 @@ def _stretch(row, low, high):
         high[x] = max(high[x], row[x])
 
 
+@inlined
+def _around(row, reach, low, high):
+    """The lowest and highest disparity within ``reach`` of each pixel."""
+    width = row.size
+    low[:], high[:] = np.int16(32767), np.int16(-1)
+    for k in range(-min(reach, width - 1), min(reach, width - 1) + 1):
+        first, end = max(0, -k), min(width, width - k)
+        _stretch(row[first + k : end + k], low[first:end], high[first:end])
+
+
 @kernel
 def drop_torn_rows(start, stop, cost, whole, reach, share, out):  # noqa: ANN201 - numba
-    """Drop the pixels whose window holds two surfaces and fits the other one nearly as well.
+    """Drop the pixels whose window, in the left image or in the right, holds two surfaces and fits the other as well.
 
     whole: (H, W) int16, -1 where there is none; out: a copy of it, rows ``start`` to ``stop`` of which are changed.
-    reach: how far along the row the other surface may begin [px]. share: by which its cost must be higher.
+    reach: how far along the row the other surface may begin [px]. share: by which its cost must be higher. In the right
+    image it is half of both: then shadows end as far from objects as a D435's.
     """
     _, width = whole.shape
-    low, high = np.empty(width, np.int16), np.empty(width, np.int16)
+    low, high, right = np.empty(width, np.int16), np.empty(width, np.int16), np.empty(width, np.int16)
+    right_low, right_high = np.empty(width, np.int16), np.empty(width, np.int16)
     for y in range(start, stop):
         row = whole[y]
-        low[:], high[:] = np.int16(32767), np.int16(-1)
-        for k in range(-min(reach, width - 1), min(reach, width - 1) + 1):
-            first, end = max(0, -k), min(width, width - k)
-            _stretch(row[first + k : end + k], low[first:end], high[first:end])
+        # What the right image's pixels show, the nearest where there are two.
+        right[:] = np.int16(-1)
+        for x in range(width):
+            if row[x] >= 0:
+                right[x - row[x]] = max(right[x - row[x]], row[x])
+        _around(row, reach, low, high)
+        _around(right, reach // 2, right_low, right_high)
         for x in range(width):
             d = row[x]
-            if d < 0 or (high[x] - d <= JUMP and d - low[x] <= JUMP):
+            if d < 0:
+                continue
+            at = x - d
+            if max(high[x], right_high[at]) - d <= JUMP and d - min(low[x], right_low[at]) <= JUMP:
                 continue
             limit = cost[y, x, d] * (1 + share)
             for other in range(max(x - reach, 0), min(x + reach + 1, width)):
                 e = row[other]
                 if e >= 0 and abs(e - d) > JUMP and cost[y, x, e] < limit:
+                    out[y, x] = -1
+                    break
+            limit = cost[y, x, d] * (1 + share / 2)
+            for other in range(max(at - reach // 2, 0), min(at + reach // 2 + 1, width)):
+                e = right[other]
+                if e >= 0 and abs(e - d) > JUMP and at + e < width and cost[y, at + e, e] < limit:
                     out[y, x] = -1
                     break

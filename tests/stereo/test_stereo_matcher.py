@@ -238,6 +238,26 @@ def test_the_tests_are_those_of_the_formula() -> None:
     assert min(seen.values()) > 5
 
 
+@settings(max_examples=25, deadline=None)
+@given(st.integers(1, 30), st.integers(1, 4), st.sampled_from([0.0, 0.3, 2.0]), st.integers(0, 2**32 - 1))
+def test_a_window_with_two_surfaces_is_torn(width: int, reach: int, share: float, seed: int) -> None:
+    """In the left image, and within half the reach and by half the share in the right one."""
+    rng = np.random.default_rng(seed)
+    costs = rng.integers(1, 144, (2, width, 64)).astype(np.uint8)
+    whole = np.minimum(rng.choice([-1, 3, 4, 9], (2, width)), np.arange(width)).astype(np.int16)
+    found = whole.copy()
+    choose.drop_torn_rows(0, 1, costs, whole, reach, share, found)
+    choose.drop_torn_rows(1, 2, costs, whole, reach, share, found)
+    for y, row in enumerate(whole):
+        right = [max([d for x, d in enumerate(row) if d >= 0 and x - d == at], default=-1) for at in range(width)]
+        for x, d in enumerate(row):
+            beside = [(e, costs[y, x, e], share) for e in row[max(x - reach, 0) : x + reach + 1]]
+            near = range(max(x - d - reach // 2, 0), min(x - d + reach // 2 + 1, width)) if d >= 0 else ()
+            beside += [(right[k], costs[y, k + right[k], right[k]], share / 2) for k in near if right[k] >= 0]
+            torn = any(e >= 0 and abs(e - d) > 2 and other < costs[y, x, d] * (1 + by) for e, other, by in beside)
+            assert found[y, x] == (-1 if torn else d)
+
+
 def test_no_memory_is_read_that_others_write() -> None:
     """A kernel that holds the address of an array alone may find it freed, once in some thousand calls."""
     rng = np.random.default_rng(10)
