@@ -253,7 +253,8 @@ def test_a_window_with_two_surfaces_is_torn(width: int, reach: int, share: float
         for x, d in enumerate(row):
             beside = [(e, costs[y, x, e], share) for e in row[max(x - reach, 0) : x + reach + 1]]
             near = range(max(x - d - reach // 2, 0), min(x - d + reach // 2 + 1, width)) if d >= 0 else ()
-            beside += [(right[k], costs[y, k + right[k], right[k]], share / 2) for k in near if right[k] >= 0]
+            others = {right[k] for k in near if 0 <= right[k] < width - x + d}
+            beside += [(e, costs[y, x - d + e, e], share / 2) for e in others]
             torn = any(e >= 0 and abs(e - d) > 2 and other < costs[y, x, d] * (1 + by) for e, other, by in beside)
             assert found[y, x] == (-1 if torn else d)
 
