@@ -45,7 +45,7 @@ from depthsim.parallel import core_count
 from depthsim.raycast import Geometry
 from depthsim.sensor import Frame, Sensor
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import SATURATED, to_depth_raw
+from depthsim.units import SATURATED, to_depth_raw
 
 SPANS = (3.0, 6.0, 8.0)
 PUBLISHED_R2 = {"cement": 0.71, "formboard": 0.54, "plastic": 0.26}

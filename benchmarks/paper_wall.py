@@ -12,8 +12,8 @@ from depthsim.presets import PRESETS
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
 from depthsim.sensor import Sensor, load_profile
-from depthsim.sensor.pipeline import SATURATED
 from depthsim.sensor.sensor import Measurement
+from depthsim.units import SATURATED
 
 Floats = NDArray[np.float64]
 

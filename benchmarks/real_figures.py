@@ -20,8 +20,9 @@ from depthsim.runs import Run
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Profile, Sensor
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import SATURATED, camera_for
+from depthsim.sensor.pipeline import camera_for
 from depthsim.trajectory import load_trajectory
+from depthsim.units import SATURATED
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]

@@ -188,7 +188,7 @@ def _unary(name: str) -> Any:
     return intrinsic(apply)
 
 
-square_root, magnitude = _unary("sqrt"), _unary("fabs")
+square_root, magnitude, round_down = _unary("sqrt"), _unary("fabs"), _unary("floor")
 """Of every lane of a float32 vector."""
 
 
@@ -224,6 +224,20 @@ def least_of(typing: Any, values: Any) -> Any:
         return _call(builder, f"llvm.vector.reduce.umin.v{values.count}i{element.width}", element, args)
 
     return getattr(types, values.kind)(values), codegen
+
+
+@intrinsic(prefer_literal=True)
+def slide(typing: Any, values: Any, after: Any, by: Any) -> Any:
+    """The lanes of ``values`` from ``by`` on, and then as many of the vector ``after`` as make it whole."""
+    if not isinstance(by, types.IntegerLiteral):
+        return None
+    first = by.literal_value
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        lanes = ir.Constant(ir.VectorType(ir.IntType(32), values.count), list(range(first, first + values.count)))
+        return builder.shuffle_vector(args[0], args[1], lanes)
+
+    return values(values, after, by), codegen
 
 
 @intrinsic

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from depthsim.kernels import kernel
 from depthsim.parallel import core_count, split
-from depthsim.sensor.pipeline import SATURATED
+from depthsim.units import SATURATED
 from viewer.paint import Painted
 from viewer.shot import Shot
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from depthsim.kernels import kernel
 from depthsim.materials import Materials
 from depthsim.parallel import core_count, split
-from depthsim.sensor.pipeline import SATURATED
+from depthsim.units import SATURATED
 from viewer import colours
 from viewer.shot import Shot
 

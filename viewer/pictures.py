@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.sensor.pipeline import SATURATED
+from depthsim.units import SATURATED
 from viewer import colours
 from viewer.paint import Colouring, Painted
 from viewer.shot import Shot

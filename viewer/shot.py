@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.camera import Camera
-from depthsim.sensor.pipeline import SATURATED
+from depthsim.units import SATURATED
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,10 +29,10 @@ def match(
     from depthsim.camera import read_camera
     from depthsim.runs.png import encode_png
     from depthsim.runs.storing import write_whole
-    from depthsim.sensor.pipeline import to_depth_raw
     from depthsim.stereo.matcher import Matcher, to_depth
     from depthsim.stereo.presets import CHIP
     from depthsim.stereo.settings import MatcherSettings
+    from depthsim.units import to_depth_raw
     from depthsim.yamlfile import read_model
 
     eye = read_camera(camera)

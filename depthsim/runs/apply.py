@@ -18,7 +18,7 @@ from depthsim.runs.png import decode_png, encode_png
 from depthsim.runs.whole import whole_folder
 from depthsim.sensor import Effect, Profile, Sensor
 from depthsim.sensor.given import as_depth
-from depthsim.sensor.pipeline import SATURATED
+from depthsim.units import SATURATED
 
 _SUFFIXES = (".png", ".npy")
 _AT_ONCE = 16

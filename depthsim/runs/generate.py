@@ -26,9 +26,10 @@ from depthsim.scenefile import load_scene
 from depthsim.scenefile.save import save_scene
 from depthsim.sensor import Effect, Profile, Sensor, load_profile
 from depthsim.sensor.motion import Motion
-from depthsim.sensor.pipeline import measuring_camera, stored_camera, to_depth_raw
+from depthsim.sensor.pipeline import measuring_camera, stored_camera
 from depthsim.sensor.sensor import Measurement
 from depthsim.trajectory import Trajectory, load_trajectory
+from depthsim.units import to_depth_raw
 
 _log = logging.getLogger(__name__)
 STREAMS = ("depth", "clean", "material", "rgb", "normal", "instance", "ir_left", "ir_right")

@@ -67,8 +67,8 @@ class Measurement(Stored):
     def clean(self) -> Geometry:
         """The geometry as it is, along the rays and from the pose that the camera believes in.
 
-        Where effects bend the rays, move the camera or resize the picture, the frame is made without it; then it is
-        cast when it is first asked for.
+        Where effects bend the rays, move the camera or resize the picture, and where active stereo has no effects, the
+        frame is made without it; then it is cast when it is first asked for.
         """
         return self.given() if callable(self.given) else self.given
 
@@ -173,6 +173,8 @@ class Sensor:
         if apart:
             met = getattr(self._own, "met", None)
             met = self._own.met = self._pipeline.cast(self.effects, exposure, right=self._asks_right, out=met)
+        elif self._stereo is not None and not self.effects:
+            met = Geometry.empty((0, 0), right=False)
         else:
             given = met = cast()
         whole = exposure.scratch.empty(self._pipeline.camera.shape) if self._resizes else None

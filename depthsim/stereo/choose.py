@@ -3,70 +3,81 @@
 import numpy as np
 
 from depthsim.kernels import inlined, kernel
-from depthsim.lanes import choose, count_true, first_true, least, least_of, load_bytes, load_words, spread, store, widen
+from depthsim.lanes import (
+    choose,
+    count_true,
+    first_true,
+    least,
+    least_of,
+    load_bytes,
+    narrow,
+    slide,
+    spread,
+    store,
+    widen,
+)
 from depthsim.stereo.cost import LANES
 from depthsim.stereo.paths import step
 
 JUMP = 2
 """[px] Between neighbours, that makes two surfaces of them."""
+ROWS = 4
+"""Rows whose paths go on in turn: each step has to wait for the one before it."""
+
+
+@inlined
+def mean_of(a, b):  # noqa: ANN201 - numba
+    """Of bytes, rounded up at a half: one machine instruction."""
+    return narrow(widen(a) + widen(b) + np.uint16(1), np.uint16(1))
 
 
 @inlined
 def _gather(to_right, to_left, vertical, out, padded):
-    """Add up all four paths of a pixel, the mean of the vertical two twice; returns the lowest sum. Addresses."""
-    lows = spread(np.uint16(65535), LANES)
+    """The mean of all four paths of a pixel; returns the lowest. Addresses; ``vertical`` has the mean of two."""
+    lows = spread(np.uint8(255), LANES)
     for d in range(0, padded, LANES):
-        up_down = widen(load_bytes(vertical + d, LANES))
-        total = widen(load_bytes(to_right + d, LANES)) + widen(load_bytes(to_left + d, LANES)) + up_down + up_down
-        store(out + 2 * d, total)
+        along = mean_of(load_bytes(to_right + d, LANES), load_bytes(to_left + d, LANES))
+        total = mean_of(along, load_bytes(vertical + d, LANES))
+        store(out + d, total)
         lows = least(lows, total)
     return least_of(lows)
 
 
 @inlined
 def _first(values, wanted, padded):
-    """Where, from an address on, the first number is that equals ``wanted``."""
+    """Where, from an address on, the first byte is that equals ``wanted``."""
     for d in range(0, padded, LANES):
-        at = first_true(load_words(values + 2 * d, LANES) == wanted)
+        at = first_true(load_bytes(values + d, LANES) == wanted)
         if at < LANES:
             return d + at
     return padded
 
 
 @inlined
-def _show_right(total, count, lowest, disparity, padded):
-    """Let the right image's pixels, from an address on, take what a left pixel's costs are lower than or equal to.
+def _look_on(total, at, lanes, column, above, lowest, where, padded):
+    """What else the costs, from an address on, say of a pixel whose lowest is at ``at``.
 
-    count: 0, 1, 2, ... as an array, because numba frees an array of which nothing but the address is used any more.
+    Returns how many of them are below ``above``, and the lowest but for those at ``at`` and beside it. lanes: address
+    of 0 to 63.
+    The right image's pixels take this ``column`` where its costs are lower than or equal to theirs. lowest, where:
+    addresses of the costs and columns of those that this pixel may be, in the order of disparities; for the pixel to
+    the right they stood one place on.
     """
-    counted = count.ctypes.data
+    crowd, lows = np.int32(0), spread(np.uint8(255), LANES)
+    low, place, lane = load_bytes(lowest, LANES), load_bytes(where, LANES), load_bytes(lanes, LANES)
     for d in range(0, padded, LANES):
-        here, before = load_words(total + 2 * d, LANES), load_words(lowest + 2 * d, LANES)
+        here = load_bytes(total + d, LANES)
+        crowd += count_true(here < above)
+        # Outside these 64 is as good as just outside.
+        beside = np.uint8(min(max(at - 1 - d, -3), LANES))
+        lows = least(lows, choose(lane - beside <= np.uint8(2), np.uint8(255), here))
+        next_low, next_place = load_bytes(lowest + d + LANES, LANES), load_bytes(where + d + LANES, LANES)
+        before = slide(low, next_low, 1)
         lower = here <= before
-        store(lowest + 2 * d, choose(lower, here, before))
-        place = load_words(counted + 2 * d, LANES)
-        store(disparity + 2 * d, choose(lower, place, load_words(disparity + 2 * d, LANES)))
-
-
-@inlined
-def _below(total, limit, padded):
-    """How many of the sums, from an address on, are below a limit."""
-    count = np.int32(0)
-    for d in range(0, padded, LANES):
-        count += count_true(load_words(total + 2 * d, LANES) < np.uint16(limit))
-    return count
-
-
-@inlined
-def _second(total, at, padded):
-    """The lowest of the sums but those at ``at`` and beside it, which are lost."""
-    for d in range(max(at - 1, 0), min(at + 2, padded)):
-        total[d] = np.uint16(65535)
-    lows = spread(np.uint16(65535), LANES)
-    values = total.ctypes.data
-    for d in range(0, padded, LANES):
-        lows = least(lows, load_words(values + 2 * d, LANES))
-    return least_of(lows)
+        store(lowest + d, choose(lower, here, before))
+        store(where + d, choose(lower, column, slide(place, next_place, 1)))
+        low, place = next_low, next_place
+    return crowd, least_of(lows)
 
 
 @kernel
@@ -77,7 +88,7 @@ def choose_rows(  # noqa: ANN201 - numba
 
     cost: (H, W, P) uint8 window costs. vertical: the same, the mean of the paths down and up.
     steps: what a path charges for a change of 1 px, and for a larger one. worst: highest window cost.
-    left_right: most that the right image's own disparity may differ by [px]. median: how much the sum at the quantile
+    left_right: most that the right image's own disparity may differ by [px]. median: how much the cost at the quantile
     must be above the lowest, and how many disparities are below the quantile.
     peak: share by which every other disparity must be worse for the pixel to be firm.
     out: (H, W) int16 [px], -1 where there is none. firm: (H, W) uint8, 1 where left and right agree to 1 px, too.
@@ -86,48 +97,57 @@ def choose_rows(  # noqa: ANN201 - numba
     above, most = median
     _, width, padded = cost.shape
     # The byte before a pixel's costs is the last of the pixel's before it, or one of these: 255.
-    ends = np.full((width + 2) * padded + LANES, 255, np.uint8)
-    base = ends.ctypes.data + LANES
+    ends = np.full((ROWS, (width + 2) * padded + LANES), 255, np.uint8)
+    base, low = ends.ctypes.data + LANES, np.empty(ROWS, np.uint8)
     back = np.full(4 * padded + LANES, 255, np.uint8)
-    total, count = np.empty(padded, np.uint16), np.arange(padded).astype(np.uint16)
-    sums = total.ctypes.data
-    best = np.empty(width, np.int16)
-    lowest, second = np.empty(width, np.uint16), np.empty(width, np.uint16)
+    best, right = np.empty(width, np.int16), np.empty(width, np.uint8)
+    lowest, second = np.empty(width, np.uint8), np.empty(width, np.uint8)
     crowd = np.empty(width, np.int32)
-    # Of the right image, backwards, as disparities run.
-    right, right_lowest = np.empty(width + padded, np.uint16), np.empty(width + padded, np.uint16)
-    for y in range(start, stop):
-        low = np.uint8(0)
-        ends[LANES : LANES + padded] = np.uint8(0)
+    # Costs, 0 to 63, and the costs and columns of the right image's pixels that a pixel may be. All are used by their
+    # addresses and each once by itself, because numba frees an array of which nothing but the address is used any more.
+    bytes_ = np.empty((4, padded + LANES), np.uint8)
+    for d in range(LANES):
+        bytes_[1, d] = np.uint8(d)
+    pace = padded + LANES
+    sums = bytes_.ctypes.data
+    lanes, right_lowest, right_column = sums + pace, sums + 2 * pace, sums + 3 * pace
+    for first in range(start, stop, ROWS):
+        end = min(first + ROWS, stop)
+        low[:] = np.uint8(0)
+        ends[:, LANES : LANES + padded] = np.uint8(0)
         for x in range(width):
-            low = step(cost[y, x].ctypes.data, base + x * padded, low, small, large, base + (x + 1) * padded, padded)
-        right_lowest[:] = np.uint16(65535)
-        right[:] = np.uint16(65535)
-        back[LANES : LANES + padded] = np.uint8(0)
-        low = np.uint8(0)
-        now = 0
-        for k in range(width):
-            x = width - 1 - k
-            here = back.ctypes.data + LANES + now * 2 * padded
-            there = back.ctypes.data + LANES + (1 - now) * 2 * padded
-            low = step(cost[y, x].ctypes.data, here, low, small, large, there, padded)
-            now = 1 - now
-            lowest[x] = _gather(base + (x + 1) * padded, there, vertical[y, x].ctypes.data, sums, padded)
-            at = _first(sums, lowest[x], padded)
-            best[x] = at
-            _show_right(sums, count, right_lowest[k:].ctypes.data, right[k:].ctypes.data, padded)
-            crowd[x] = _below(sums, np.int64(lowest[x]) + above, padded)
-            second[x] = _second(total, at, padded)
-        for x in range(width):
-            d = best[x]
-            out[y, x], firm[y, x] = np.int16(-1), np.uint8(0)
-            if d > x - margin or d >= disparities - 1 or cost[y, x, d] > worst:
-                continue
-            off = abs(np.int64(right[width - 1 - (x - d)]) - d)
-            if off > left_right or crowd[x] > most:
-                continue
-            out[y, x] = d
-            firm[y, x] = np.uint8(off <= 1 and second[x] >= lowest[x] * (1 + peak))
+            for y in range(first, end):
+                row = y - first
+                here = base + row * ends.shape[1] + x * padded
+                low[row] = step(cost[y, x].ctypes.data, here, low[row], small, large, here + padded, padded)
+        for y in range(first, end):
+            bytes_[2:] = np.uint8(255)
+            back[LANES : LANES + padded] = np.uint8(0)
+            least_so_far = np.uint8(0)
+            now, gathered = 0, base + (y - first) * ends.shape[1] + padded
+            for k in range(width):
+                x = width - 1 - k
+                here = back.ctypes.data + LANES + now * 2 * padded
+                there = back.ctypes.data + LANES + (1 - now) * 2 * padded
+                least_so_far = step(cost[y, x].ctypes.data, here, least_so_far, small, large, there, padded)
+                now = 1 - now
+                lowest[x] = _gather(gathered + x * padded, there, vertical[y, x].ctypes.data, sums, padded)
+                at = _first(sums, lowest[x], padded)
+                best[x] = at
+                limit, column = np.uint8(min(np.int64(lowest[x]) + above, 255)), np.uint8(x)
+                crowd[x], second[x] = _look_on(sums, at, lanes, column, limit, right_lowest, right_column, padded)
+                right[x] = bytes_[3, 0]
+            for x in range(width):
+                d = best[x]
+                out[y, x], firm[y, x] = np.int16(-1), np.uint8(0)
+                if d > x - margin or d >= disparities - 1 or cost[y, x, d] > worst:
+                    continue
+                # Columns are known by their last byte: a difference of 256 px is none.
+                off = abs(np.int64(np.int8(np.uint8(right[x - d] - np.uint8(x)))))
+                if off > left_right or crowd[x] > most:
+                    continue
+                out[y, x] = d
+                firm[y, x] = np.uint8(off <= 1 and second[x] >= lowest[x] * (1 + peak))
 
 
 @inlined
@@ -138,28 +158,52 @@ def _stretch(row, low, high):
         high[x] = max(high[x], row[x])
 
 
+@inlined
+def _around(row, reach, low, high):
+    """The lowest and highest disparity within ``reach`` of each pixel."""
+    width = row.size
+    low[:], high[:] = np.int16(32767), np.int16(-1)
+    for k in range(-min(reach, width - 1), min(reach, width - 1) + 1):
+        first, end = max(0, -k), min(width, width - k)
+        _stretch(row[first + k : end + k], low[first:end], high[first:end])
+
+
 @kernel
 def drop_torn_rows(start, stop, cost, whole, reach, share, out):  # noqa: ANN201 - numba
-    """Drop the pixels whose window holds two surfaces and fits the other one nearly as well.
+    """Drop the pixels whose window, in the left image or in the right, holds two surfaces and fits the other as well.
 
     whole: (H, W) int16, -1 where there is none; out: a copy of it, rows ``start`` to ``stop`` of which are changed.
-    reach: how far along the row the other surface may begin [px]. share: by which its cost must be higher.
+    reach: how far along the row the other surface may begin [px]. share: by which its cost must be higher. In the right
+    image it is half of both: then shadows end as far from objects as a D435's.
     """
     _, width = whole.shape
-    low, high = np.empty(width, np.int16), np.empty(width, np.int16)
+    low, high, right = np.empty(width, np.int16), np.empty(width, np.int16), np.empty(width, np.int16)
+    right_low, right_high = np.empty(width, np.int16), np.empty(width, np.int16)
     for y in range(start, stop):
         row = whole[y]
-        low[:], high[:] = np.int16(32767), np.int16(-1)
-        for k in range(-min(reach, width - 1), min(reach, width - 1) + 1):
-            first, end = max(0, -k), min(width, width - k)
-            _stretch(row[first + k : end + k], low[first:end], high[first:end])
+        # What the right image's pixels show, the nearest where there are two.
+        right[:] = np.int16(-1)
+        for x in range(width):
+            if row[x] >= 0:
+                right[x - row[x]] = max(right[x - row[x]], row[x])
+        _around(row, reach, low, high)
+        _around(right, reach // 2, right_low, right_high)
         for x in range(width):
             d = row[x]
-            if d < 0 or (high[x] - d <= JUMP and d - low[x] <= JUMP):
+            if d < 0:
+                continue
+            at = x - d
+            if max(high[x], right_high[at]) - d <= JUMP and d - min(low[x], right_low[at]) <= JUMP:
                 continue
             limit = cost[y, x, d] * (1 + share)
             for other in range(max(x - reach, 0), min(x + reach + 1, width)):
                 e = row[other]
                 if e >= 0 and abs(e - d) > JUMP and cost[y, x, e] < limit:
+                    out[y, x] = -1
+                    break
+            limit = cost[y, x, d] * (1 + share / 2)
+            for other in range(max(at - reach // 2, 0), min(at + reach // 2 + 1, width)):
+                e = right[other]
+                if e >= 0 and abs(e - d) > JUMP and at + e < width and cost[y, at + e, e] < limit:
                     out[y, x] = -1
                     break

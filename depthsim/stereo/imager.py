@@ -1,5 +1,7 @@
 """From light to grey values: lens, exposure, noise and 8 bits."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,25 +17,26 @@ WHITE = 255
 
 
 @kernel
-def _gather_rows(start, stop, light, weights, samples, falloff, out):
-    """Rows ``start`` to ``stop`` of a picture from (H·n, W·n) ``light``, seen through ``weights`` both ways.
+def _gather_rows(start, stop, light, down, along, falloff, out):
+    """Rows ``start`` to ``stop`` of a picture from ``light``, some rays a pixel, seen through weights down and along.
 
     falloff: x and y of the pixels' rays at z = 1, (H, W) each, and the power of 1 + x² + y² that the image darkens by.
     """
     rays_x, rays_y, power = falloff
     height, width = out.shape
-    across, reach = width * samples, (weights.size - samples) // 2
+    rows, across = light.shape
+    above, before = (down.size - rows // height) // 2, (along.size - across // width) // 2
     line = np.empty(across, np.float32)
     for v in range(start, stop):
         line[:] = np.float32(0)
-        for k in range(weights.size):
-            y = min(max(v * samples + k - reach, 0), height * samples - 1)
+        for k in range(down.size):
+            y = min(max(v * (rows // height) + k - above, 0), rows - 1)
             for x in range(across):
-                line[x] += weights[k] * light[y, x]
+                line[x] += down[k] * light[y, x]
         for u in range(width):
             total = np.float32(0)
-            for k in range(weights.size):
-                total += weights[k] * line[min(max(u * samples + k - reach, 0), across - 1)]
+            for k in range(along.size):
+                total += along[k] * line[min(max(u * (across // width) + k - before, 0), across - 1)]
             x, y = rays_x[v, u], rays_y[v, u]
             out[v, u] = total * (np.float32(1) + x * x + y * y) ** power
 
@@ -53,19 +56,21 @@ def _expose(start, stop, light, scale, gain, well, read, normals, grey):
 
 
 def spread_weights(blur: float, samples: int) -> NDArray[np.float32]:
-    """Weights of rays for a pixel: the lens's Gaussian of ``blur`` [px], and the square pixel of n rays."""
+    """Weights of rays for a pixel, n of them in it: the lens's Gaussian of ``blur`` [px], over the square pixel."""
     reach = int(np.ceil(3 * blur * samples))
-    bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(blur * samples, 1e-6)) ** 2)
-    return np.convolve(bell / bell.sum(), np.full(samples, 1 / samples)).astype(np.float32)
+    width = max(blur, 1e-6) * np.sqrt(2)
+    rays = (np.arange(-reach, samples + reach) + 0.5) / samples
+    seen = [math.erf(ray / width) - math.erf((ray - 1) / width) for ray in rays]
+    return np.asarray(seen / np.sum(seen), np.float32)
 
 
 def gather(light: NDArray[np.float32], camera: Camera, imager: Imager, threads: int) -> NDArray[np.float32]:
-    """(height, width) irradiance on the sensor [W/m²] from the radiance along n x n rays a pixel."""
-    samples = imager.samples
-    weights = spread_weights(imager.blur * camera.width / 848, samples)
+    """(height, width) irradiance on the sensor [W/m²] from the radiance along some rays a pixel."""
+    blur = imager.blur * camera.width / 848
+    weights = [spread_weights(blur, rays // pixels) for rays, pixels in zip(light.shape, camera.shape, strict=True)]
     out = np.empty(camera.shape, np.float32)
     falloff = (camera.rays[0], camera.rays[1], np.float32(-2 * imager.vignetting))
-    split(_gather_rows, camera.height, threads, light, weights, samples, falloff, out)
+    split(_gather_rows, camera.height, threads, light, *weights, falloff, out)
     out *= np.float32(np.pi / (4 * imager.f_number**2))
     return out
 

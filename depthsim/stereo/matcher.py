@@ -5,6 +5,9 @@ it has 80 % of the pixels within 0.5 px at night with dots and 69 % by day, this
 the two images are not equally bright; and its steps are 1/16 px, the chip's 1/32.
 """
 
+import math
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -59,7 +62,7 @@ class Matcher:
         split(
             choose.choose_rows, height, threads, self._cost, self._vertical, disparities,
             (min(small, 255), min(large, 255)), settings.margin, worst, settings.left_right,
-            (int(settings.median * 4 * cost.BITS * pixels) >> shift, int(settings.quantile * disparities)),
+            (int(settings.median * cost.BITS * pixels) >> shift, int(settings.quantile * disparities)),
             settings.second_peak, whole, firm,
         )  # fmt: skip
         across, down = settings.neighbourhood[0] // 2, settings.neighbourhood[1] // 2
@@ -73,18 +76,29 @@ class Matcher:
         smooth = np.empty((2, height, width), np.float32)
         for image, part in zip(pair, smooth, strict=True):
             split(refine.normalise_rows, height, threads, image, 10, 8, np.float32(settings.floor), part)
-        sums, out = np.empty((height, width, 2)), np.empty((height, width), np.float32)
         across, down = settings.support[0] // 2, settings.support[1] // 2
-        arms = np.empty((4, height, width), np.int16)
+        arms = _roomy(np.int16, 4, height, width)
+        sums, (start, before, out) = (_roomy(np.float32, count, height, width) for count in (2, 3))
         split(refine.arms_of_rows, height, threads, whole, across, down, arms)
-        out[:] = whole
+        start[:] = out[:] = whole
         for _ in range(settings.steps):
-            split(refine.shift_rows, height, threads, smooth[0], smooth[1], arms[:2], out, sums)
-            split(refine.solve_columns, width, threads, whole, arms[2:], sums, float(settings.texture), out)
+            before, out = out, before
+            split(refine.shift_rows, height, threads, smooth[0], smooth[1], arms[:2], before, sums)
+            split(
+                refine.solve_rows, height, threads, start, arms[2:], down, sums, np.float32(settings.texture), before,
+                out,
+            )  # fmt: skip
         out[out < settings.least_disparity] = -1
         if settings.speckle_size > 1:
             drop_speckles(out, settings.speckle_size, float(settings.speckle_step))
         return out
+
+
+def _roomy(kind: type[np.generic], *shape: int) -> NDArray[Any]:
+    """An array with room behind it for vectors that hang over its end."""
+    size = math.prod(shape)
+    room = np.zeros(size + refine.LANES, kind)
+    return room[:size].reshape(shape)
 
 
 def to_depth(disparity: NDArray[np.float32], focal_baseline: float) -> NDArray[np.float32]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.kernels import inlined, kernel
-from depthsim.lanes import load_floats, sum_of
+from depthsim.lanes import choose, load_floats, load_words, round_down, spread, store, sum_of
 
 STEPS = 32
 """Steps of a pixel: fractional_bits = 5 in librealsense, src/proc/disparity-transform.h; measured as well."""
@@ -19,6 +19,8 @@ _REACH = 3
 """[px] Of Lanczos' kernel (C. E. Duchon, "Lanczos filtering in one and two dimensions", J. Applied Meteorology 18,
 1979). Dots at 424x240 are narrower than a pixel: cubic interpolation moves them by up to 0.04 px, and by differences of
 neighbours in place of the kernel's own slope the steps go so far wrong that two of them leave 0.12 px."""
+LANES = 16
+"""Pixels that are solved at a time."""
 ALIKE = 1
 """[px] A disparity that differs by more from the pixel's own ends its support region."""
 
@@ -31,7 +33,8 @@ def normalise_rows(start, stop, image, across, down, floor, out):  # noqa: ANN20
     """
     height, width = image.shape
     total, square = np.zeros(width, np.float64), np.zeros(width, np.float64)
-    count = (2 * across + 1) * (2 * down + 1)
+    sums, squares = np.empty(width, np.float64), np.empty(width, np.float64)
+    share = 1 / ((2 * across + 1) * (2 * down + 1))
     for y in range(start - 2 * down, stop):
         row = image[min(max(y + down, 0), height - 1)]
         for x in range(width):
@@ -45,12 +48,15 @@ def normalise_rows(start, stop, image, across, down, floor, out):  # noqa: ANN20
             sum1 += total[min(max(k, 0), width - 1)]
             sum2 += square[min(max(k, 0), width - 1)]
         for x in range(width):
-            mean = sum1 / count
-            variance = max(sum2 / count - mean * mean, 0.0)
-            out[y, x] = np.float32((image[y, x] - mean) / np.sqrt(variance + floor * floor))
+            sums[x], squares[x] = sum1, sum2
             entering, leaving = min(x + across + 1, width - 1), max(x - across, 0)
             sum1 += total[entering] - total[leaving]
             sum2 += square[entering] - square[leaving]
+        here, line = image[y], out[y]
+        for x in range(width):
+            mean = sums[x] * share
+            variance = max(squares[x] * share - mean * mean, 0.0)
+            line[x] = np.float32((here[x] - mean) / np.sqrt(variance + floor * floor))
         row = image[min(max(y - down, 0), height - 1)]
         for x in range(width):
             value = np.float64(row[x])
@@ -115,7 +121,7 @@ def shift_rows(start, stop, left, right, arms, disparity, sums):  # noqa: ANN201
     """Add up the normal equations along the row, within the support region.
 
     arms: (2, H, W) int16, left and right, of :func:`arms_of_rows`. disparity: (H, W) float32, the best that is known so
-    far, below 0 where there is none. sums: (H, W, 2) float64: weight, and weight · disparity.
+    far, below 0 where there is none. sums: (2, H, W) float32: weight, and weight · disparity.
     """
     _, width = disparity.shape
     prefix = np.zeros((width + 1, 3), np.float64)
@@ -145,37 +151,67 @@ def shift_rows(start, stop, left, right, arms, disparity, sums):  # noqa: ANN201
             weight = prefix[high, 0] - prefix[low, 0]
             off = prefix[high, 2] - prefix[low, 2] - weight * x
             # What lies off the middle counts as what it would be at the middle.
-            sums[y, x, 0] = weight
-            sums[y, x, 1] = prefix[high, 1] - prefix[low, 1] - off * _tilt(disparity[y], low, high)
+            sums[0, y, x] = weight
+            sums[1, y, x] = prefix[high, 1] - prefix[low, 1] - off * _tilt(disparity[y], low, high)
+
+
+@inlined
+def _add_row(k, arm, weights, moments, disparity, weight, moment, off, end, span):
+    """Add what lies ``k`` rows away (below 0: above), where the support region reaches as far; addresses, and vectors.
+
+    off: weight · rows away. end, span: disparity at the region's end, and how many rows it has beside the middle one.
+    """
+    reaches = load_words(arm, LANES) > np.uint16(abs(k) - 1)
+    more = choose(reaches, load_floats(weights, LANES), np.float32(0))
+    weight, off = weight + more, off + more * np.float32(k)
+    moment = moment + choose(reaches, load_floats(moments, LANES), np.float32(0))
+    end = choose(reaches, load_floats(disparity, LANES), end)
+    return weight, moment, off, end, span + choose(reaches, np.float32(1), spread(np.float32(0), LANES))
 
 
 @kernel
-def solve_columns(start, stop, whole, arms, sums, least, out):  # noqa: ANN201 - numba
+def solve_rows(start, stop, whole, arms, down, sums, least, before, out):  # noqa: ANN201 - numba
     """Add the sums along columns within the support region, and solve for the disparity [px] in steps of 1/32.
 
-    arms: (2, H, W) int16, up and down, of :func:`arms_of_rows`. least: sum of slope² below which there is too little to
-    see.
-    out: (H, W) float32, the disparity so far, written; -1 where there is none.
+    All pictures have 16 numbers more behind them, which are read. whole: (H, W) float32, -1 where there is none.
+    arms: (2, H, W) int16, up and down, of :func:`arms_of_rows`, at most ``down``. least: sum of slope² below which
+    there is too little to see. before: (H, W) float32, the disparity so far. out: (H, W), the next; -1 where there is
+    none.
     """
-    height, _ = whole.shape
-    prefix = np.zeros((height + 1, 3), np.float64)
-    before = np.empty(height, np.float32)
-    for x in range(start, stop):
-        for y in range(height):
-            prefix[y + 1, 0] = prefix[y, 0] + sums[y, x, 0]
-            prefix[y + 1, 1] = prefix[y, 1] + sums[y, x, 1]
-            prefix[y + 1, 2] = prefix[y, 2] + sums[y, x, 0] * y
-            before[y] = out[y, x]
-        for y in range(height):
-            out[y, x] = np.float32(-1)
-            if whole[y, x] < 0:
-                continue
-            low, high = y - np.int64(arms[0, y, x]), y + 1 + np.int64(arms[1, y, x])
-            weight, moment = prefix[high, 0] - prefix[low, 0], prefix[high, 1] - prefix[low, 1]
+    height, width = whole.shape
+    found = np.empty(LANES, np.float32)
+    none = spread(np.float32(-1), LANES)
+    for y in range(start, stop):
+        for x in range(0, width, LANES):
+            weight, moment = (
+                load_floats(sums[0, y, x:].ctypes.data, LANES),
+                load_floats(sums[1, y, x:].ctypes.data, LANES),
+            )
+            off = span = spread(np.float32(0), LANES)
+            low = high = load_floats(before[y, x:].ctypes.data, LANES)
+            for k in range(1, down + 1):
+                if y >= k:
+                    weight, moment, off, low, span = _add_row(
+                        -k, arms[0, y, x:].ctypes.data, sums[0, y - k, x:].ctypes.data, sums[1, y - k, x:].ctypes.data,
+                        before[y - k, x:].ctypes.data, weight, moment, off, low, span,
+                    )  # fmt: skip
+                if y + k < height:
+                    weight, moment, off, high, span = _add_row(
+                        k, arms[1, y, x:].ctypes.data, sums[0, y + k, x:].ctypes.data, sums[1, y + k, x:].ctypes.data,
+                        before[y + k, x:].ctypes.data, weight, moment, off, high, span,
+                    )  # fmt: skip
+            # What lies off the middle counts as what it would be at the middle.
+            both = choose(low < high, low, high)
+            sloped = choose(span > np.float32(1), both, np.float32(-1))
+            tilt = choose(sloped < np.float32(0), np.float32(0), (high - low) / span)
+            here = load_floats(whole[y, x:].ctypes.data, LANES)
+            value = (moment - off * tilt) / weight
+            lowest = choose(here > np.float32(1), here - np.float32(1), np.float32(0))
+            value = choose(value > lowest, value, lowest)
+            value = choose(value < here + np.float32(1), value, here + np.float32(1))
+            value = round_down(value * np.float32(STEPS) + np.float32(0.5)) * np.float32(1 / STEPS)
             # Nothing to see is less than any threshold, zero too.
-            if weight < least or weight <= 0:
-                continue
-            off = prefix[high, 2] - prefix[low, 2] - weight * y
-            value = (moment - off * _tilt(before, low, high)) / weight
-            value = min(max(value, whole[y, x] - 1.0, 0.0), whole[y, x] + 1.0)
-            out[y, x] = np.float32(np.floor(value * STEPS + 0.5) / STEPS)
+            value = choose(weight > np.float32(0), choose(weight < np.float32(least), np.float32(-1), value), none)
+            store(found.ctypes.data, choose(here < np.float32(0), np.float32(-1), value))
+            for i in range(min(LANES, width - x)):
+                out[y, x + i] = found[i]

@@ -1,5 +1,6 @@
 """What the two infrared imagers see of a scene."""
 
+import math
 import zlib
 
 import numpy as np
@@ -31,7 +32,8 @@ class Renderer:
     def __init__(self, caster: Caster, camera: Camera, settings: ActiveStereo, materials: Materials) -> None:
         self.caster, self.camera, self.settings = caster, camera, settings
         self._source = settings.projector.position * camera.baseline
-        self._eyes = [_fine(camera, settings.imager.samples, self._source - x) for x in (0.0, camera.baseline)]
+        across, down = settings.imager.samples, rows_of_rays(settings, camera)
+        self._eyes = [_fine(camera, across, down, self._source - x) for x in (0.0, camera.baseline)]
         self._pattern = dot_pattern(settings.projector)
         scene = caster.scene
         # Far from the origin float32 loses the finest octave; a multiple of all wavelengths near the scene is taken.
@@ -70,8 +72,8 @@ class Renderer:
         sun = np.asarray(light.sun_direction) / np.linalg.norm(light.sun_direction)
         # Without a sun its shadows are of no interest, and any picture will do.
         sunlit = self.caster.reached(eye, place, met.depth, sun, threads, stamp) if light.sun else met.right_sees
-        samples = self.settings.imager.samples
-        grain = np.array([self.settings.projector.speckle, eye.width, samples], np.float32)
+        rays = (eye.width, eye.width // self.camera.width, eye.height // self.camera.height)
+        grain = np.array([self.settings.projector.speckle, *rays], np.float32)
         albedo = np.empty(0, np.float32)
         if scene.look is not None:
             albedo = (albedo_of(met, eye, place, scene, threads, stamp) @ _LUMINANCE).reshape(-1)
@@ -106,15 +108,25 @@ class Renderer:
         return imager.gather(out, self.camera, self.settings.imager, threads)
 
 
-def _fine(camera: Camera, samples: int, source: float) -> Camera:
-    """The same view with n x n rays a pixel; its "right imager" is the projector, ``source`` metres to the right."""
+def rows_of_rays(settings: ActiveStereo, camera: Camera) -> int:
+    """How many rays lie above each other in a pixel: as many as beside each other, or half, where dots are as wide.
+
+    Disparity is measured along rows. Down, rays two standard deviations of a dot apart see 99 % of what is there, and
+    blurring by the lens follows.
+    """
+    dot = settings.projector.dot_width * 1e-3 * camera.fy
+    return min(settings.imager.samples, math.ceil(settings.imager.samples / (4 * dot)))
+
+
+def _fine(camera: Camera, across: int, down: int, source: float) -> Camera:
+    """The same view with more rays a pixel; its "right imager" is the projector, ``source`` metres to the right."""
     keys = camera.model_dump() | {
-        "width": camera.width * samples,
-        "height": camera.height * samples,
-        "fx": camera.fx * samples,
-        "fy": camera.fy * samples,
-        "cx": (camera.cx + 0.5) * samples - 0.5,
-        "cy": (camera.cy + 0.5) * samples - 0.5,
+        "width": camera.width * across,
+        "height": camera.height * down,
+        "fx": camera.fx * across,
+        "fy": camera.fy * down,
+        "cx": (camera.cx + 0.5) * across - 0.5,
+        "cy": (camera.cy + 0.5) * down - 0.5,
         "baseline": source,
         "color": None,
     }

@@ -88,7 +88,9 @@ class Imager(_Part):
         default=0.25, gt=0, lt=1, description="mean of the image that auto aims at, share of white"
     )
     imbalance: FiniteFloat = Field(default=0.02, ge=-0.9, le=10, description="how much brighter the right image is")
-    samples: int = Field(default=2, ge=1, le=8, description="rays a pixel, each way")
+    samples: int = Field(
+        default=2, ge=1, le=8, description="rays a pixel across; down, half as many where dots allow it"
+    )
 
     @model_validator(mode="after")
     def _exposure_is_positive(self) -> "Imager":

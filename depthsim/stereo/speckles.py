@@ -2,7 +2,16 @@
 
 import numpy as np
 
-from depthsim.kernels import kernel
+from depthsim.kernels import inlined, kernel
+
+
+@inlined
+def _root(first, run):
+    """The first run of a patch, as far as it is known."""
+    while first[run] != run:
+        first[run] = first[first[run]]
+        run = first[run]
+    return run
 
 
 @kernel
@@ -12,29 +21,36 @@ def drop_speckles(disparity, size, step):  # noqa: ANN201 - numba
     disparity: (H, W) float32 [px], negative where there is none; changed in place. Two neighbours, across or down,
     belong together where they differ by at most ``step``.
     """
-    width = disparity.shape[1]
-    flat = disparity.reshape(-1)
-    seen = np.zeros(flat.size, np.bool_)
-    patch = np.empty(flat.size, np.int32)
-    for first in range(flat.size):
-        if seen[first] or flat[first] < 0:
-            continue
-        seen[first] = True
-        patch[0], count, at = first, 1, 0
-        while at < count:
-            here = patch[at]
-            at += 1
-            x = here % width
-            for side in range(4):
-                if (side == 0 and x == 0) or (side == 1 and x == width - 1):
-                    continue
-                other = here + (-1 if side == 0 else 1 if side == 1 else -width if side == 2 else width)
-                if other < 0 or other >= flat.size or seen[other] or flat[other] < 0:
-                    continue
-                if abs(flat[other] - flat[here]) <= step:
-                    seen[other] = True
-                    patch[count] = other
-                    count += 1
-        if count < size:
-            for k in range(count):
-                flat[patch[k]] = -1
+    height, width = disparity.shape
+    # Runs along the rows are numbered, and runs of one patch point to the one of them that came first.
+    runs = np.empty((height, width), np.int32)
+    first, pixels = np.empty(height * width, np.int32), np.zeros(height * width, np.int32)
+    count = 0
+    for y in range(height):
+        joined = -1
+        for x in range(width):
+            here = disparity[y, x]
+            runs[y, x] = -1
+            if here < 0:
+                continue
+            if x == 0 or runs[y, x - 1] < 0 or abs(here - disparity[y, x - 1]) > step:
+                first[count] = count
+                count += 1
+                joined = -1
+            run = count - 1
+            runs[y, x] = run
+            pixels[run] += 1
+            if y == 0 or runs[y - 1, x] < 0 or runs[y - 1, x] == joined or abs(here - disparity[y - 1, x]) > step:
+                continue
+            joined = runs[y - 1, x]
+            a, b = _root(first, joined), _root(first, run)
+            first[max(a, b)] = min(a, b)
+    for run in range(count - 1, -1, -1):
+        if first[run] != run:
+            pixels[first[run]] += pixels[run]
+    for run in range(count):
+        pixels[run] = pixels[first[run]]
+    for y in range(height):
+        for x in range(width):
+            if runs[y, x] >= 0 and pixels[runs[y, x]] < size:
+                disparity[y, x] = -1

@@ -12,8 +12,8 @@ from depthsim.raycast import Caster
 from depthsim.sensor import Sensor, Stage, effect_class, effect_ids
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.material_noise import MaterialNoise
-from depthsim.sensor.pipeline import SATURATED, to_depth_raw
 from depthsim.sensor.sensor import Measurement
+from depthsim.units import SATURATED, to_depth_raw
 
 PAPER = [MaterialNoise(), FillRate()]
 

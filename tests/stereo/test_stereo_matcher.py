@@ -164,6 +164,14 @@ def along(line: np.ndarray, small: int, large: int) -> np.ndarray:
     return out
 
 
+def mean(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return (a + b + 1) // 2
+
+
+def mean_of_paths(line: np.ndarray, vertical: np.ndarray) -> np.ndarray:
+    return mean(mean(along(line, 43, 218), along(line[::-1], 43, 218)[::-1]), vertical.astype(int))
+
+
 @pytest.mark.parametrize("disparities", [5, 63, 70])
 def test_paths_are_those_of_the_formula(disparities: int) -> None:
     rng = np.random.default_rng(4)
@@ -181,21 +189,20 @@ def test_paths_are_those_of_the_formula(disparities: int) -> None:
     assert (found[..., :disparities] == (expected + 1) // 2).all()
 
 
-def test_the_lowest_sum_of_all_paths_is_chosen() -> None:
+@pytest.mark.parametrize(("height", "width", "disparities"), [(3, 90, 20), (6, 90, 70), (1, 330, 300)])
+def test_the_lowest_mean_of_all_paths_is_chosen(height: int, width: int, disparities: int) -> None:
     rng = np.random.default_rng(5)
-    height, width, disparities = 3, 90, 20
-    costs = np.full((height, width, 64), 255, np.uint8)
+    costs = np.full((height, width, 64 * (disparities // 64 + 1)), 255, np.uint8)
     costs[..., :disparities] = rng.integers(0, 140, (height, width, disparities))
     vertical = np.full_like(costs, 255)
     vertical[..., :disparities] = rng.integers(0, 255, (height, width, disparities))
     whole = np.empty((height, width), np.int16)
     firm = np.empty((height, width), np.uint8)
     choose.choose_rows(
-        0, height, costs, vertical, disparities, (43, 218), 0, 255, 64.0, (0, disparities), 0.0, whole, firm
+        0, height, costs, vertical, disparities, (43, 218), 0, 255, 1000.0, (0, disparities), 0.0, whole, firm
     )
     for y in range(height):
-        line = costs[y, :, :disparities]
-        total = along(line, 43, 218) + along(line[::-1], 43, 218)[::-1] + 2 * vertical[y, :, :disparities].astype(int)
+        total = mean_of_paths(costs[y, :, :disparities], vertical[y, :, :disparities])
         best = total.argmin(axis=1)
         inside = (best <= np.arange(width)) & (best < disparities - 1)
         assert (whole[y] == np.where(inside, best, -1)).all()
@@ -207,15 +214,14 @@ def test_the_tests_are_those_of_the_formula() -> None:
     height, width, disparities = 4, 70, 12
     costs = np.full((height, width, 64), 255, np.uint8)
     costs[..., :disparities] = rng.integers(0, 140, (height, width, disparities))
-    above, most, second_peak, left_right = 150, 6, 0.1, 2.0
+    above, most, second_peak, left_right = 37, 6, 0.1, 2.0
     whole, firm = np.empty((height, width), np.int16), np.empty((height, width), np.uint8)
     choose.choose_rows(
         0, height, costs, costs, disparities, (43, 218), 0, 255, left_right, (above, most), second_peak, whole, firm
     )
     seen = {"kept": 0, "dropped": 0, "firm": 0}
     for y in range(height):
-        line = costs[y, :, :disparities]
-        total = along(line, 43, 218) + along(line[::-1], 43, 218)[::-1] + 2 * line.astype(int)
+        total = mean_of_paths(costs[y, :, :disparities], costs[y, :, :disparities])
         right = [
             min((total[x + d, d], d) for d in range(disparities) if x + d < width)[1] for x in range(width)
         ]  # fmt: skip
@@ -230,6 +236,27 @@ def test_the_tests_are_those_of_the_formula() -> None:
             assert firm[y, x] == (kept and off <= 1 and min(rest) >= sums[d] * (1 + second_peak))
             seen["firm" if firm[y, x] else "kept" if kept else "dropped"] += 1
     assert min(seen.values()) > 5
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(1, 30), st.integers(1, 4), st.sampled_from([0.0, 0.3, 2.0]), st.integers(0, 2**32 - 1))
+def test_a_window_with_two_surfaces_is_torn(width: int, reach: int, share: float, seed: int) -> None:
+    """In the left image, and within half the reach and by half the share in the right one."""
+    rng = np.random.default_rng(seed)
+    costs = rng.integers(1, 144, (2, width, 64)).astype(np.uint8)
+    whole = np.minimum(rng.choice([-1, 3, 4, 9], (2, width)), np.arange(width)).astype(np.int16)
+    found = whole.copy()
+    choose.drop_torn_rows(0, 1, costs, whole, reach, share, found)
+    choose.drop_torn_rows(1, 2, costs, whole, reach, share, found)
+    for y, row in enumerate(whole):
+        right = [max([d for x, d in enumerate(row) if d >= 0 and x - d == at], default=-1) for at in range(width)]
+        for x, d in enumerate(row):
+            beside = [(e, costs[y, x, e], share) for e in row[max(x - reach, 0) : x + reach + 1]]
+            near = range(max(x - d - reach // 2, 0), min(x - d + reach // 2 + 1, width)) if d >= 0 else ()
+            others = {right[k] for k in near if 0 <= right[k] < width - x + d}
+            beside += [(e, costs[y, x - d + e, e], share / 2) for e in others]
+            torn = any(e >= 0 and abs(e - d) > 2 and other < costs[y, x, d] * (1 + by) for e, other, by in beside)
+            assert found[y, x] == (-1 if torn else d)
 
 
 def test_no_memory_is_read_that_others_write() -> None:

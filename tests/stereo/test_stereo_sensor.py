@@ -105,17 +105,20 @@ def test_a_plate_has_a_shadow_on_its_left() -> None:
     edge = round(CAMERA.cx - CAMERA.fx * 0.16)
     step = CAMERA.focal_baseline * (1 / 0.5 - 1 / 1.0)
     holes = (middle[:, edge - 40 : edge + 8] == 0).sum(axis=1)
-    assert abs(np.median(holes) - step) < 5
+    # A D435 leaves 1.7 px more than the step.
+    assert 0.7 < holes.mean() - step < 2.7
     assert np.abs(np.median(middle[:, 150:170]) - 500) < 10
 
 
 def test_what_gives_no_light_back_gives_no_depth() -> None:
     holes = {
         name: (measure(facing(distance, tag), light=NIGHT).depth_raw[:, 70:] == 0).mean()
-        for name, distance, tag in (("near", 1.0, "grey"), ("far", 20.0, "grey"), ("black", 6.0, "black"))
-    }
+        for name, distance, tag in (
+            ("near", 1.0, "grey"), ("far", 17.0, "grey"), ("farther", 50.0, "grey"), ("black", 5.0, "black")
+        )
+    }  # fmt: skip
     assert holes["near"] < 0.02
-    assert holes["far"] > 0.9
+    assert min(holes["far"], holes["farther"]) > 0.95
     assert holes["black"] > 0.9
 
 
@@ -125,11 +128,11 @@ def test_nothing_is_farther_than_a_disparity_of_one_pixel() -> None:
         assert depth.max() <= CAMERA.focal_baseline * 1.001
 
 
-def test_a_mirror_has_more_holes_than_a_wall() -> None:
-    holes = [(measure(facing(1.5, tag)).depth_raw[:, 70:] == 0).mean() for tag in ("grey", "mirror")]
+@pytest.mark.parametrize("distance", [0.8, 1.5, 2.5])
+def test_a_mirror_gives_no_depth_and_a_wall_does(distance: float) -> None:
+    holes = [(measure(facing(distance, tag)).depth_raw[:, 70:] == 0).mean() for tag in ("grey", "mirror")]
     assert holes[0] < 0.01
-    # In the glare alone: beside it the projector's dots are seen on a surface that scatters 1 % of them, too.
-    assert holes[1] > 0.03
+    assert holes[1] > 0.9
 
 
 def test_a_dimmer_projector_makes_more_noise() -> None:

@@ -11,8 +11,8 @@ from depthsim.runs.png import encode_png
 from depthsim.runs.storing import make_folder, write_whole
 from depthsim.runs.writer import RunWriter
 from depthsim.sensor import Profile
-from depthsim.sensor.pipeline import to_depth_raw
 from depthsim.trajectory import Trajectory
+from depthsim.units import to_depth_raw
 from viewer.files import place_for
 from viewer.shot import Shot
 
