@@ -28,7 +28,7 @@ FIGURES = {
         "%", "how far the depth of a plane is off, either way: the median of a patch, on average over patches", _PLANE
     ),
     "plane_rms": Figure("mm", "the points' distance from the plane that is fitted to a patch, RMS", _PLANE),
-    "subpixel_rms": Figure("px", "the same as disparity", _PLANE),
+    "subpixel_rms": Figure("px", "plane RMS as disparity: of each point against its foot on the plane", _PLANE),
     "temporal_noise": Figure(
         "mm",
         "a pixel's standard deviation from frame to frame, on average over patches away from depth edges",
