@@ -122,17 +122,19 @@ def errors_picture(folder: Path) -> bytes:
 
 def costs_picture(found: dict[str, Diagnosis]) -> bytes:
     """How many times the recording's each simulated figure is, before and after."""
-    names = list(dict.fromkeys(task.name for one in found.values() for task in one.tasks))
+    names = list(
+        dict.fromkeys(task.name for one in found.values() for task in one.tasks if task.recording and task.before)
+    )
     with figure(9.6, 0.26 * len(names) + 1.0) as drawn:
         panels = drawn.subplots(1, len(found), sharey=True)
         for axes, (name, one) in zip(panels, found.items(), strict=True):
             axes.axvline(1, color=REAL, lw=1)
             for task in one.tasks:
-                row = names[::-1].index(task.name)
                 for value, colour, size in ((task.before, SIMULATED, 7), (task.after, FIXED, 5)):
                     if value and task.recording:
-                        axes.plot(value / task.recording, row, "o", color=colour, ms=size)
+                        axes.plot(value / task.recording, names[::-1].index(task.name), "o", color=colour, ms=size)
             axes.set_xscale("log")
+            axes.xaxis.set_major_formatter("{x:g}")
             axes.set_title(name, fontsize=10)
             axes.set_xlabel("times the recording's")
         panels[0].set_yticks(range(len(names)), [words.task_name(name) for name in names[::-1]])
@@ -145,11 +147,13 @@ def costs_picture(found: dict[str, Diagnosis]) -> bytes:
 def wrong(real: Real, one: Diagnosis) -> str:
     """What was wrong with the paper's sensor, in a line or two."""
     gap = one.gap
-    head = f"**{real.name}**, {gap.before:.2f} bits"
+    head = f"- **{real.name}**, {gap.before:.2g} bits per pixel"
+    if one.verdict == "no_gap":
+        return f"{head}: no more than two runs of one sensor differ by."
     if not one.causes:
-        return f"- {head}: no effect of the bank was found to be the cause."
-    left = f"{words.percent(gap.closed_fraction)} of it is closed: {gap.after:.3f} bits are left"
-    return f"- {head}, of which {left}.\n" + "\n".join(f"  - {cause_text(cause)}" for cause in one.causes)
+        return f"{head}: no effect was found to be the cause."
+    head += f"; {words.percent(gap.closed_fraction)} is closed, and {gap.after:.2g} are left:"
+    return "\n".join([head, *(f"  - {cause_text(cause)}" for cause in one.causes)])
 
 
 def cause_text(cause: Cause) -> str:
@@ -198,11 +202,11 @@ def counted(found: dict[str, Diagnosis]) -> str:
             low, high = task.ci95.get("before_off", (0.0, 0.0))
             if task.recording and task.before is not None and task.after is not None and not low <= 0 <= high:
                 offs.append([abs(value / task.recording - 1) for value in (task.before, task.after)])
-    before, after = np.median(offs, axis=0)
+    before, after = (float(middle) for middle in np.median(offs, axis=0))
     nearer = sum(b > a for b, a in offs)
     return (
-        f"In {len(offs)} figures the paper's sensor is off by more than chance, by {before:.0%} in the middle; with "
-        f"the causes that is {after:.0%}, and {nearer} of them are nearer."
+        f"In {len(offs)} figures the paper's sensor is off by more than chance, by {words.percent(before)} in the middle; "
+        f"with the causes that is {words.percent(after)}, and {nearer} of them are nearer."
     )
 
 
