@@ -205,8 +205,8 @@ def counted(found: dict[str, Diagnosis]) -> str:
     before, after = (float(middle) for middle in np.median(offs, axis=0))
     nearer = sum(b > a for b, a in offs)
     return (
-        f"In {len(offs)} figures the paper's sensor is off by more than chance, by {words.percent(before)} in the middle; "
-        f"with the causes that is {words.percent(after)}, and {nearer} of them are nearer."
+        f"In {len(offs)} figures the paper's sensor is off by more than chance, by {words.percent(before)} in the "
+        f"middle; with the causes that is {words.percent(after)}, and {nearer} of them are nearer."
     )
 
 

@@ -17,8 +17,8 @@ Tone = Literal["good", "fair", "bad"]
 STUB = "new_effect.py"
 SENSOR = "sensor.yaml"
 _LINE = 76
-_EVEN = 0.01
-"""How far the middle of an interval may be off its value, as a share of its width: rounding moves it less."""
+_EVEN, _ROUNDING = 0.05, 1e-4
+"""How far the middle of an interval may be off its value, as a share of its width or of the value."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ def task_row(task: "Task", *, causes: bool) -> list[str]:
         text = "-" if value is None else figure(value)
         if ends is not None and value is not None:
             low, high = ends
-            even = abs(high + low - 2 * value) <= _EVEN * (high - low)
+            even = abs(high + low - 2 * value) <= max(_EVEN * (high - low), _ROUNDING * abs(value))
             text += f" ± {(high - low) / 2:.2g}" if even else f" ({low:.2g} to {high:.2g})"
         cells.append(text + (" *" if off is not None and not off[0] <= 0 <= off[1] else ""))
     return cells
