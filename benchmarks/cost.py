@@ -102,7 +102,7 @@ def diagnosed(options: argparse.Namespace, console: Console) -> Iterator[tuple[s
         name = "+".join(case.effects)
         with tempfile.TemporaryDirectory(prefix="depthsim_cost_") as folder:
             try:
-                write_case(_drawn(case, moving=options.moving), Path(folder))
+                write_case(drawn(case, moving=options.moving), Path(folder))
             except CannotBeSeen as error:
                 console.print(f"{name}: {error}")
                 continue
@@ -123,7 +123,7 @@ def _cases(options: argparse.Namespace) -> Iterator[Wanted]:
             yield replace(case, frames=options.frames, size=options.size)
 
 
-def _drawn(wanted: Wanted, *, moving: bool) -> Case:
+def drawn(wanted: Wanted, *, moving: bool) -> Case:
     """The case; one that goes as far as a drift needs where it has to."""
     for seed in range(wanted.seed, wanted.seed + _TRIES) if moving else (wanted.seed,):
         case = draw_case(replace(wanted, seed=seed))

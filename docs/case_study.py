@@ -96,7 +96,7 @@ def errors_of(run: Run, sensors: Sequence[str | Path]) -> list[NDArray[np.float6
     return [np.where(outside, np.inf, error) for error in errors]
 
 
-def errors_picture(folder: Path) -> bytes:
+def errors_picture(folder: Path, found: dict[str, Diagnosis]) -> bytes:
     """A row for each recording: errors recorded, by the paper's sensor, and with the causes; holes black."""
     from matplotlib import colormaps
 
@@ -108,7 +108,8 @@ def errors_picture(folder: Path) -> bytes:
             limit = float(np.percentile(size, 90)) if size.size else 1.0
             colours = colormaps["RdBu_r"].copy()
             colours.set_bad("black")
-            titles = ("recording", "simulated: paper", "with the causes")
+            last = "with the causes" if found[real.name].causes else "no cause was found"
+            titles = ("recording", "simulated: paper", last)
             for axes, error, title in zip(row, errors, titles, strict=True):
                 shown = axes.imshow(np.where(np.isinf(error), 0, error), cmap=colours, vmin=-limit, vmax=limit)
                 veil = np.zeros((*error.shape, 4))
@@ -288,7 +289,7 @@ def main() -> None:
         folder.mkdir(parents=True, exist_ok=True)
         run_commands(folder)
         found = {real.name: Diagnosis.read(folder / f"{real.name}_report") for real in SETS}
-        write_whole(OUT / "pictures" / "case_study_errors.png", errors_picture(folder))
+        write_whole(OUT / "pictures" / "case_study_errors.png", errors_picture(folder, found))
         write_whole(OUT / "pictures" / "case_study_costs.png", costs_picture(found))
         write_whole(OUT / "case_study.md", page(found).encode())
         print(page(found))
