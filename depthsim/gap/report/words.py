@@ -165,9 +165,13 @@ def task_row(task: "Task", *, causes: bool) -> list[str]:
         if ends is not None and value is not None:
             low, high = ends
             even = abs(high + low - 2 * value) <= max(_EVEN * (high - low), _ROUNDING * abs(value))
-            text += f" ± {(high - low) / 2:.2g}" if even else f" ({low:.2g} to {high:.2g})"
+            text += f" ± {_two((high - low) / 2)}" if even else f" ({_two(low)} to {_two(high)})"
         cells.append(text + (" *" if off is not None and not off[0] <= 0 <= off[1] else ""))
     return cells
+
+
+def _two(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.2g}"
 
 
 def task_notes(tasks: "tuple[Task, ...]") -> list[str]:
@@ -177,8 +181,8 @@ def task_notes(tasks: "tuple[Task, ...]") -> list[str]:
         notes.append("* differs from the recording by more than chance; ± is half of a 95 % interval")
         if any(task.name.startswith("drift_") and task.ci95 for task in tasks):
             notes.append(
-                "drift, ATE and surface error are of whole runs: of simulated ones the geometric mean, and between "
-                "which figures one more run would lie"
+                "drift, ATE and surface error are of the first frames in a row, those that were fitted to among them: "
+                "of simulated runs the geometric mean, and between which figures one more would lie"
             )
     else:
         notes.append("the frames are too few for intervals")
