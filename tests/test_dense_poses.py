@@ -189,7 +189,9 @@ def bank() -> tuple[str, ...]:
 
 def test_a_time_offset_is_found_and_measured(room: Scene, bank: tuple[str, ...], tmp_path: Path) -> None:
     paper = load_profile("paper").effects
-    found = investigate(record(tmp_path / "run", room, tuple(paper), 0.02), sensor="paper", without=bank).diagnosis
+    found = investigate(
+        record(tmp_path / "run", room, tuple(paper), 0.02), sensor="paper", without=bank, tasks=False
+    ).diagnosis
     assert [cause.effect for cause in found.causes] == ["time_offset"]
     assert found.causes[0].parameters["offset"] == pytest.approx(0.02, abs=5e-4)
     assert found.causes[0].closed_fraction > 0.97
@@ -199,7 +201,7 @@ def test_a_rolling_shutter_along_dense_poses_is_found(room: Scene, bank: tuple[s
     effects = (*load_profile("paper").effects, RollingShutter(readout=READOUT))
     profile = load_profile("paper").model_copy(update={"effects": effects})
     generate(room, path_of(STAMPS), CAMERA, profile, tmp_path / "run", truth=path_of(DENSE), seed=17, threads=1)
-    found = investigate(tmp_path / "run", sensor="paper", without=bank).diagnosis
+    found = investigate(tmp_path / "run", sensor="paper", without=bank, tasks=False).diagnosis
     assert [cause.effect for cause in found.causes] == ["rolling_shutter"]
     assert found.causes[0].parameters["readout"] == pytest.approx(READOUT, abs=2e-3)
 
@@ -274,7 +276,9 @@ def test_a_gap_of_the_poses_is_not_bridged_in_silence(
     assert Run.open(late).remarks == ()
     assert words in " ".join(depthsim("inspect", run).split())
     assert any(words in note for note in import_recording(run, tmp_path / "back").notes)
-    assert any(words in note for note in investigate(run, sensor="paper", without=effect_ids()).diagnosis.notes)
+    assert any(
+        words in note for note in investigate(run, sensor="paper", without=effect_ids(), tasks=False).diagnosis.notes
+    )
     assert words in " ".join(depthsim("generate", "--like", run, "--out", tmp_path / "made").split())
 
 
@@ -334,7 +338,7 @@ def test_a_real_recording_with_motion_capture(tmp_path: Path) -> None:
     # Between frames 0.1 s apart the hand moves otherwise than straight: each frame against its neighbours.
     straight = run.trajectory.at(np.concatenate([run.stamps[:1], run.stamps[2::2]])).at(run.stamps[1:-1:2]).matrices()
     assert degrees_between(straight, run.poses[1:-1:2]).max() > 0.3
-    reported = investigate(run, without=effect_ids()).diagnosis
+    reported = investigate(run, without=effect_ids(), tasks=False).diagnosis
     times = [cut.interval for cut in reported.where if cut.axis == "time"]
     assert all(interval is not None and 0 <= interval[0] < interval[1] < 3 for interval in times)
     assert "e+09" not in reported.to_json() and "130503" not in reported.to_json()

@@ -48,6 +48,7 @@ RULES = [
         r"^\./run python (\S+\.py)$", "hours in all: it is loaded and not run",
         put=r"""./run python -c "import runpy; runpy.run_path('\1', run_name='loaded')" """,
     ),
+    Rule(r"\.\./shared/data/\w+", "real recordings beside the checkout, and minutes of each", put="recording"),
     Rule(r"s3://bucket", "a folder is the store", put="file://$PWD/bucket"),
     Rule(r"--ray HOST:6379", "a cluster takes 20 s to start; tests/sweep/ has one", put="", short=True),
     Rule(r"--ray HOST:6379", "the cluster is this machine", put="--ray local"),

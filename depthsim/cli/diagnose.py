@@ -33,7 +33,10 @@ def diagnose(
         list[str] | None, typer.Option("--without-object", metavar="NAME", help="Leave this object out; several times.")
     ] = None,
     tasks: Annotated[
-        bool, typer.Option("--tasks/--no-tasks", help="Measure what the gap costs a robot's software.")
+        bool,
+        typer.Option(
+            "--tasks/--no-tasks", help="Measure what the gap costs a robot's software; not of two recordings."
+        ),
     ] = True,
     tag: Tags = None,
     units: Units = None,
@@ -56,8 +59,9 @@ def diagnose(
     known = load_materials(materials)
     place = _scene(scene, runs[0], parse_tags(tag), units, up, known)
     if len(runs) == 2:
-        if only or hide:
-            raise InputError("diagnose", "--object", "is of no use with two recordings", "give one recording")
+        for option, given in (("--object", only or hide), ("--no-tasks", not tasks)):
+            if given:
+                raise InputError("diagnose", option, "is of no use with two recordings", "give one recording")
         _compare(runs[0], runs[1], out, place, sensor, without, known, threads)
     else:
         _one(runs[0], out, place, sensor, without or [], only or [], hide or [], materials, known, threads, tasks)

@@ -32,6 +32,8 @@ from depthsim.trajectory import Trajectory, read_tum, tum_text
 
 TRUNCATION = 4.0
 """In voxels."""
+_FUSED = " fused"
+"""How the names of such scenes end."""
 Progress = Callable[[int, int], None]
 
 
@@ -109,8 +111,12 @@ def fuse(
     least_views: int,
     tag: str,
     progress: Progress = lambda done, total: None,
+    blocks: int = 20_000,
 ) -> Scene:
-    """The mesh of all frames, of surfaces that ``least_views`` frames or more have seen; poses (N, 4, 4)."""
+    """The mesh of all frames, of surfaces that ``least_views`` frames or more have seen; poses (N, 4, 4).
+
+    blocks: of 16^3 voxels, 80 kB each, that there is room for to begin with.
+    """
     o3d = quiet_open3d()
     core = o3d.core
     grid = o3d.t.geometry.VoxelBlockGrid(
@@ -119,7 +125,7 @@ def fuse(
         attr_channels=((1), (1), (3)),
         voxel_size=voxel,
         block_resolution=16,
-        block_count=20_000,
+        block_count=blocks,
         device=core.Device("CPU:0"),
     )
     intrinsic, scale = intrinsic_matrix(o3d, run.camera, FUSING), 1 / run.camera.depth_scale
@@ -130,9 +136,9 @@ def fuse(
         if ((metres > 0) & (metres < depth_max)).any():
             empty = False
             extrinsic = core.Tensor(np.linalg.inv(pose))
-            blocks = grid.compute_unique_block_coordinates(depth, intrinsic, extrinsic, scale, depth_max, TRUNCATION)
+            seen = grid.compute_unique_block_coordinates(depth, intrinsic, extrinsic, scale, depth_max, TRUNCATION)
             colour = colour_image(o3d, run, index)
-            grid.integrate(blocks, depth, colour, intrinsic, intrinsic, extrinsic, scale, depth_max, TRUNCATION)
+            grid.integrate(seen, depth, colour, intrinsic, intrinsic, extrinsic, scale, depth_max, TRUNCATION)
         progress(index + 1, len(poses))
     faces = np.empty((0, 3), np.uint32)
     if not empty:
@@ -143,7 +149,12 @@ def fuse(
         problem = f"has no surface nearer than {depth_max:g} m that {least_views} frames have seen"
         raise InputError(run.path, "", problem, "give more frames, better poses, or a larger `depth_max`")
     vertices = mesh.vertex.positions.numpy().astype(np.float64)
-    return Scene(f"{run.path.absolute().name} fused", vertices, faces, np.zeros(len(faces), np.uint8), (tag,))
+    return Scene(f"{run.path.absolute().name}{_FUSED}", vertices, faces, np.zeros(len(faces), np.uint8), (tag,))
+
+
+def is_fused(scene: Scene) -> bool:
+    """Whether a scene was made by :func:`fuse`; its name says so."""
+    return scene.name.endswith(_FUSED)
 
 
 def _masks(

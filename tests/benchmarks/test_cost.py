@@ -1,8 +1,10 @@
 """The check of the measure: what a closed gap does to the figures, counted on diagnoses made up for it."""
 
+import numpy as np
 import pytest
 
-from benchmarks.cost import by_figure, not_nearer, off_recording
+from benchmarks.cost import by_figure, drawn, not_nearer, off_recording
+from benchmarks.withheld_data.case import Wanted
 from depthsim.gap import Diagnosis
 from depthsim.gap.diagnosis import Gap, Interval, Task
 
@@ -31,3 +33,11 @@ def test_figures_are_counted_where_they_matter_and_listed_where_a_closed_gap_lea
     assert [name for name, *_ in by_figure(offs, 0.4)] == ["plane_rms"]
     assert [off.task.name for off in not_nearer(offs)] == ["fill_rate"]
     assert not_nearer(off_recording("open", diagnosis(0.5, wrong))) == []
+
+
+def test_a_case_that_moves_goes_a_metre() -> None:
+    wanted = Wanted("a", ("fill_rate",), ("strong",), 4, 20, (120, 68))
+    still, moving = (drawn(wanted, moving=way) for way in (False, True))
+    ways = [np.diff(case.film.told(case.film.stamps).positions, axis=0) for case in (still, moving)]
+    lengths = [np.linalg.norm(way, axis=1).sum() for way in ways]
+    assert lengths[0] < 1 < lengths[1]

@@ -53,6 +53,7 @@ def test_a_diagnosis_runs_and_its_sensor_too(
         (["RUN", "--scene", "nothing"], "nothing"),
         (["RUN", "RUN", "RUN"], "diagnose: has 3 runs"),
         (["RUN", "RUN", "--sensor", "paper"], "diagnose: --sensor: is of no use"),
+        (["RUN", "RUN", "--no-tasks"], "diagnose: --no-tasks: is of no use with two recordings; give one recording"),
         (["RUN", "--tag", "cement"], "--tag: cement: is not NAME=TAG"),
     ],
 )

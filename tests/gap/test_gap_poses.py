@@ -63,7 +63,7 @@ def jumps() -> Array:
 
 
 def found_in(run: Run, scene: Scene, *without: str) -> Diagnosis:
-    return diagnose(run, scene=scene, sensor=BASE, without=(*OTHERS, *without), threads=1)
+    return diagnose(run, scene=scene, sensor=BASE, without=(*OTHERS, *without), threads=1, tasks=False)
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def shaken(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 def test_poses_that_are_off_are_a_cause(scene: Scene, shaken: Run, tmp_path: Path) -> None:
-    found = investigate(shaken, scene=scene, sensor=BASE, without=OTHERS, threads=1)
+    found = investigate(shaken, scene=scene, sensor=BASE, without=OTHERS, threads=1, tasks=False)
     said = found.diagnosis
     assert [cause.effect for cause in said.causes] == ["pose_noise"]
     (cause,) = said.causes
@@ -88,7 +88,7 @@ def test_poses_that_are_off_are_a_cause(scene: Scene, shaken: Run, tmp_path: Pat
     write_report(found, tmp_path / "report")
     profile = load_profile(tmp_path / "report" / "sensor.yaml")
     assert profile.effects[-1].id == "pose_noise"
-    again = diagnose(shaken, scene=scene, sensor=profile, without=OTHERS, threads=1)
+    again = diagnose(shaken, scene=scene, sensor=profile, without=OTHERS, threads=1, tasks=False)
     assert again.verdict in ("no_gap", "explained") and not again.causes
 
 
@@ -157,7 +157,7 @@ class Dented(Run):
 def test_a_pattern_is_named_with_its_grid(scene: Scene, tmp_path: Path) -> None:
     run = record(scene, tmp_path / "run")
     run = Dented(**{one.name: getattr(run, one.name) for one in fields(run)})
-    found = investigate(run, scene=scene, sensor=BASE, without=OTHERS, threads=1)
+    found = investigate(run, scene=scene, sensor=BASE, without=OTHERS, threads=1, tasks=False)
     causes = found.diagnosis.causes
     assert [cause.effect for cause in causes] == ["fixed_pattern"]
     assert causes[0].closed_fraction > 0.6  # what a mount or an offset explains as well is not learned

@@ -37,7 +37,7 @@ from depthsim.gap.depth.tasks.pixels import pixel_figures
 from depthsim.gap.depth.tasks.view import Floats, View
 from depthsim.gap.diagnosis import Task
 from depthsim.gap.report.terminal import show
-from depthsim.gap.report.words import Origin
+from depthsim.gap.report.words import Origin, task_name, task_row
 from depthsim.runs import Run
 from depthsim.runs.png import encode_png
 from depthsim.sensor import load_profile
@@ -239,9 +239,19 @@ def test_terminal_and_page_have_the_table() -> None:
         show(console, diagnosis, origin)
     assert "What it costs" in caught.get() and "voxels wrongly free [%]" in caught.get()
     page = report_page(diagnosis, measure_drawing(found(), origin))
-    assert all(name.replace("_", " ") in page and escape(figure.about) in page for name, figure in FIGURES.items())
+    assert all(task_name(name) in page and escape(figure.about) in page for name, figure in FIGURES.items())
     bare = replace(found(), diagnosis=diagnosis.model_copy(update={"tasks": ()}))
     assert "What the gap costs" not in report_page(bare.diagnosis, measure_drawing(bare, origin))
+
+
+def test_an_interval_is_half_of_it_or_its_ends_where_it_is_lopsided() -> None:
+    full = Task(
+        name="fill_rate", unit="%", recording=99.8, before=98.9967, after=99, ci95={"before": (98.9901, 99.0034)}
+    )
+    assert task_row(full, causes=False) == ["fill rate [%]", "99.8", "99 ± 0.0067"], "rounding makes nothing lopsided"
+    ends = {"recording": (1.0, 3.0), "before": (0.5, 257.0), "before_off": (0.1, 255.0)}
+    task = Task(name="drift_kiss_icp", unit="%", recording=2, before=2.1, after=None, ci95=ends, reason="none")
+    assert task_row(task, causes=True) == ["drift KISS-ICP [%]", "2 ± 1", "2.1 (0.5 to 257) *", "-"]
 
 
 def test_the_command_line_leaves_them_out(tmp_path: Path) -> None:

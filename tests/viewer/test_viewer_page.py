@@ -326,6 +326,8 @@ def test_a_report_adds_its_causes_and_the_gap_follows(browser: "Browser", run: P
             session = guest.open()
             guest.page.get_by_text("Gap 1 bit").wait_for()
             guest.page.get_by_text("most of the gap").first.wait_for()
+            costs = [guest.page.get_by_role("cell", name=name, exact=True) for name in ("2 ± 1", "9 ± 1 *", "2.1")]
+            assert all(cell.count() == 1 for cell in costs), "what the gap costs"
             guest.control("disparity_noise  (60%)").click()
             guest.page.get_by_text("Gap 0.4 bit").wait_for()
             until(lambda: {e.id for e in session.effects.effects()} == {"disparity_noise", "fill_rate"})

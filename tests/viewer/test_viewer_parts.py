@@ -13,7 +13,7 @@ import pytest
 from shapes import MATERIALS, as_scene, camera, wall
 
 from depthsim.errors import InputError
-from depthsim.gap.diagnosis import Cause, Diagnosis, Gap
+from depthsim.gap.diagnosis import Cause, Diagnosis, Gap, Task
 from depthsim.sensor import Sensor
 from depthsim.sensor.effect import Effect, effect_class, effect_ids, parameters_of
 from viewer import Stage, Viewer, colours
@@ -250,7 +250,9 @@ def write_report(folder: Path, run: Path, where: bool = True) -> Path:
         Cause(effect="fill_rate", parameters={"rate": 0.3}, closed_fraction=0.3, ci95_closed=(0.2, 0.4)),
     )
     gap = Gap(measure="bits", unit="bit", before=1.0, after=0.1, floor=0.0, closed_fraction=0.9, ci95=(0.8, 1.0))
-    Diagnosis(verdict="explained", gap=gap, where=(), causes=causes, unexplained=None).write(folder)
+    off = {"recording": (1.0, 3.0), "before": (8.0, 10.0), "before_off": (5.0, 9.0)}
+    tasks = (Task(name="plane_rms", unit="mm", recording=2.0, before=9.0, after=2.1, ci95=off),)
+    Diagnosis(verdict="explained", gap=gap, where=(), causes=causes, unexplained=None, tasks=tasks).write(folder)
     (folder / "sensor.yaml").write_text("effects:\n- disparity_noise: {sigma: 0.2}\n- fill_rate: {rate: 0.3}\n")
     (folder / "report.yaml").write_text(json.dumps({"run": str(run), "sensor": "paper"}))
     if where:

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import viser
 
-from depthsim.gap.diagnosis import Cause, Cut
-from depthsim.gap.report.words import place as place_in_words
+from depthsim.gap.diagnosis import Cause, Cut, Diagnosis
+from depthsim.gap.report import words
 from viewer.controls.handles import put
 from viewer.report import Report
 
@@ -40,6 +40,8 @@ class GapControls:
             gui.add_markdown("**Where the gap lies**\n\n" + _table(report.diagnosis.where))
         if rest is not None:
             gui.add_markdown(f"**Unexplained: {rest.fraction:.0%}.** {rest.description}\n\n" + _table(rest.where))
+        if report.diagnosis.tasks:
+            gui.add_markdown("**What it costs**\n\n" + _costs(report.diagnosis))
         for note in report.diagnosis.notes:
             gui.add_markdown(f"*{note}*")
         self._show()
@@ -86,5 +88,14 @@ def _table(cuts: tuple[Cut, ...]) -> str:
     """The first cuts as a table in Markdown."""
     lines = ["| share | where | what |", "| ---: | --- | --- |"]
     for cut in cuts[:8]:
-        lines.append(f"| {cut.share_of_gap:.0%} | {place_in_words(cut)} | {cut.what} |")
+        lines.append(f"| {cut.share_of_gap:.0%} | {words.place(cut)} | {cut.what} |")
     return "\n".join(lines) if cuts else ""
+
+
+def _costs(diagnosis: Diagnosis) -> str:
+    """What a robot's software sees, as a table in Markdown: of the recording, before, and with the causes."""
+    causes = bool(diagnosis.causes)
+    rows = [words.task_head(causes=causes), *(words.task_row(task, causes=causes) for task in diagnosis.tasks)]
+    lines = ["| " + " | ".join(cell.replace("*", "\\*") for cell in row) + " |" for row in rows]
+    notes = [words.sentence(note).replace("*", "\\*") for note in words.task_notes(diagnosis.tasks)]
+    return "\n".join([lines[0], "| --- |" + " ---: |" * (len(rows[0]) - 1), *lines[1:], "", *notes])

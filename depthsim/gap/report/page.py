@@ -156,6 +156,7 @@ table{border-collapse:collapse;width:100%;font-size:14.5px}
 th{text-align:left;color:var(--soft);font-weight:600;border-bottom:2px solid var(--line);padding:6px 10px 6px 0;
 white-space:nowrap}
 td{border-bottom:1px solid var(--line);padding:7px 10px 7px 0;vertical-align:top}
+td:last-child:not(.n){min-width:13em}
 tr:last-child td{border-bottom:0}
 .n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
 .bar{display:flex;align-items:center;gap:8px;min-width:150px}

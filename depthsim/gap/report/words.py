@@ -17,6 +17,8 @@ Tone = Literal["good", "fair", "bad"]
 STUB = "new_effect.py"
 SENSOR = "sensor.yaml"
 _LINE = 76
+_EVEN, _ROUNDING = 0.05, 1e-4
+"""How far the middle of an interval may be off its value, as a share of its width or of the value."""
 
 
 @dataclass(frozen=True)
@@ -145,19 +147,31 @@ def task_head(*, causes: bool) -> list[str]:
     return ["", "recording", "simulated", *(["with the causes"] if causes else [])]
 
 
+def task_name(name: str) -> str:
+    """The name of a figure, as people write it."""
+    words = name.replace("kiss_icp", "KISS-ICP").split("_")
+    return " ".join({"rms": "RMS", "ate": "ATE", "z": "Z", "open3d": "Open3D"}.get(word, word) for word in words)
+
+
 def task_row(task: "Task", *, causes: bool) -> list[str]:
-    """A figure with its unit, and its values, each with half of its 95 % interval.
+    """A figure with its unit, and its values, each with half of its 95 % interval, or its ends where it is lopsided.
 
     A star is at a simulated one that differs from the recording's by more than chance.
     """
-    cells = [f"{task.name.replace('_', ' ')} [{task.unit}]"]
+    cells = [f"{task_name(task.name)} [{task.unit}]"]
     for name in ("recording", "before", "after")[: 3 if causes else 2]:
         value, ends, off = getattr(task, name), task.ci95.get(name), task.ci95.get(f"{name}_off")
         text = "-" if value is None else figure(value)
-        if ends is not None:
-            text += f" ± {(ends[1] - ends[0]) / 2:.2g}"
+        if ends is not None and value is not None:
+            low, high = ends
+            even = abs(high + low - 2 * value) <= max(_EVEN * (high - low), _ROUNDING * abs(value))
+            text += f" ± {_two((high - low) / 2)}" if even else f" ({_two(low)} to {_two(high)})"
         cells.append(text + (" *" if off is not None and not off[0] <= 0 <= off[1] else ""))
     return cells
+
+
+def _two(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.2g}"
 
 
 def task_notes(tasks: "tuple[Task, ...]") -> list[str]:
@@ -165,10 +179,15 @@ def task_notes(tasks: "tuple[Task, ...]") -> list[str]:
     notes = []
     if any(ends in task.ci95 for task in tasks for ends in ("before_off", "after_off")):
         notes.append("* differs from the recording by more than chance; ± is half of a 95 % interval")
+        if any(task.name.startswith("drift_") and task.ci95 for task in tasks):
+            notes.append(
+                "drift, ATE and surface error are of the first frames in a row, those that were fitted to among them: "
+                "of simulated runs the geometric mean, and between which figures one more would lie"
+            )
     else:
         notes.append("the frames are too few for intervals")
     for reason in dict.fromkeys(task.reason for task in tasks if task.reason):
-        names = _listed([task.name.replace("_", " ") for task in tasks if task.reason == reason])
+        names = _listed([task_name(task.name) for task in tasks if task.reason == reason])
         notes.append(f"{names}: {reason}")
     return notes
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from depthsim.gap.depth.report.drawing import DepthDrawing
 from depthsim.gap.depth.report.figures import pictures
-from depthsim.gap.depth.tasks.figures import FIGURES
+from depthsim.gap.depth.tasks.figures import FIGURES, ODOMETRY
 from depthsim.gap.depth.where.residual import stub
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis
 from depthsim.gap.report import words
@@ -131,7 +131,8 @@ def _costs(page: Page, d: Diagnosis) -> None:
 
 
 def _about(task: str) -> str:
-    return FIGURES[task].about if task in FIGURES else ""  # another version's report may be drawn again
+    known = FIGURES | ODOMETRY
+    return known[task].about if task in known else ""  # another version's report may be drawn again
 
 
 def _cuts(page: Page, cuts: tuple[Cut, ...]) -> None:

@@ -28,7 +28,7 @@ FIGURES = {
         "%", "how far the depth of a plane is off, either way: the median of a patch, on average over patches", _PLANE
     ),
     "plane_rms": Figure("mm", "the points' distance from the plane that is fitted to a patch, RMS", _PLANE),
-    "subpixel_rms": Figure("px", "the same as disparity", _PLANE),
+    "subpixel_rms": Figure("px", "plane RMS as disparity: of each point against its foot on the plane", _PLANE),
     "temporal_noise": Figure(
         "mm",
         "a pixel's standard deviation from frame to frame, on average over patches away from depth edges",
@@ -45,3 +45,18 @@ FIGURES = {
         "nothing within 5 m is seen to be free",
     ),
 }
+_WAY = "the frames that were looked at go less than a metre"
+_DRIFT = "mean error over stretches of a metre of the way, as a share of it, of the odometry of "
+_ATE = "absolute trajectory error (rigid alignment, root mean square), of the odometry of "
+ODOMETRY = {
+    "drift_open3d": Figure("%", f"{_DRIFT}Open3D", _WAY),
+    "ate_open3d": Figure("mm", f"{_ATE}Open3D", _WAY),
+    "drift_kiss_icp": Figure("%", f"{_DRIFT}KISS-ICP", _WAY),
+    "ate_kiss_icp": Figure("mm", f"{_ATE}KISS-ICP", _WAY),
+    "surface_error": Figure(
+        "mm",
+        "distance of the fused map from the scene, on average over its vertices, mapped at the recording's poses",
+        "the scene moves or is itself fused from a recording, or no surface was seen often enough",
+    ),
+}
+"""Of recordings that move."""
