@@ -77,8 +77,10 @@ class DepthFit(Section):
     first_look_pixels: int = _count(400_000, "that are enough for a first look at the whole bank")
     leaders: int = _count(6, "candidates that are fitted in full after the first look")
     leaders_of_kind: int = _count(4, "of these that make the same kind of error, as long as others do something")
-    looked_at: int = _count(24, "of the bank that are fitted in a first look, by how they begin")
-    looked_at_again: int = _count(14, "the same for a further cause")
+    looked_at: int = _count(
+        14, "of the bank that are fitted in a first look, by how they begin, beside those that begin with nothing"
+    )
+    looked_at_again: int = _count(8, "the same for a further cause")
     far_behind: float = _value(2.0, "times the least loss: a candidate above it after two rounds is fitted no further")
     trial: float = _value(0.25, "of a change that matters, by which a parameter is moved to find its slope")
     longest_step: float = _value(4.0, "changes that matter, by which a parameter moves at once")

@@ -179,9 +179,10 @@ class Search:
         for number in open_to:
             self.say(f"looking at {self.bank[number].effect}, {number + 1} of {len(self.bank)}")
             begun[number] = start(self.bank[number], base, here, target, roots)
-        fit = self.config.fit  # of the whole bank, those that are on their way to what is left
-        most = fit.looked_at if so_far is None else fit.looked_at_again
-        open_to = sorted(sorted(open_to, key=lambda number: -begun[number][1])[:most])
+        # Of the whole bank, those that are on their way to what is left, and those of which their starts do not say.
+        most = self.config.fit.looked_at if so_far is None else self.config.fit.looked_at_again
+        said = sorted((k for k in open_to if np.isfinite(begun[k][1])), key=lambda k: -begun[k][1])
+        open_to = [k for k in open_to if k in said[:most] or not np.isfinite(begun[k][1])]
         best: dict[tuple[str, bool], Model] = {}
         for number in open_to:
             candidate = self.bank[number]
