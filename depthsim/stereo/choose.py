@@ -103,8 +103,8 @@ def choose_rows(  # noqa: ANN201 - numba
     best, right = np.empty(width, np.int16), np.empty(width, np.uint8)
     lowest, second = np.empty(width, np.uint8), np.empty(width, np.uint8)
     crowd = np.empty(width, np.int32)
-    # Costs, 0 to 63, and the costs and columns of the right image's pixels that a pixel may be. All are used by their
-    # addresses and each once by itself, because numba frees an array of which nothing but the address is used any more.
+    # Costs, 0 to 63, and costs and columns of the right image's pixels that a pixel may be: one array, as numba frees
+    # those of which nothing but the address is used any more.
     bytes_ = np.empty((4, padded + LANES), np.uint8)
     for d in range(LANES):
         bytes_[1, d] = np.uint8(d)
