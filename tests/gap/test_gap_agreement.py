@@ -4,9 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from depthsim.gap import diagnose
 from depthsim.gap.depth.fit.agreement import KINDS, Changes, less_others
+from depthsim.gap.depth.fit.search import worth_a_look
 from depthsim.presets import preset
 from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
@@ -51,3 +54,12 @@ def test_holes_and_errors_of_what_has_depth_are_answered_for_apart(effect: str, 
     seen = less_others(Changes(none, varies, none, np.zeros(1), 0.0), effect_class(effect))
     assert seen.varies[KINDS.index("all"), 0] == pytest.approx(2 * np.log(2) * sum(left))
     assert seen.varies[:3, 0] == pytest.approx(kinds)
+
+
+@given(st.lists(st.one_of(st.floats(0, 1e3), st.just(np.inf)), max_size=30), st.integers(1, 20))
+def test_what_begins_with_nothing_takes_no_other_ones_place(gains: list[float], most: int) -> None:
+    looked = worth_a_look(dict(enumerate(gains)), most)
+    known = sorted((gain for gain in gains if np.isfinite(gain)), reverse=True)
+    assert looked == sorted(looked)
+    assert sorted((gains[k] for k in looked if np.isfinite(gains[k])), reverse=True) == known[:most]
+    assert sum(not np.isfinite(gains[k]) for k in looked) == gains.count(np.inf)

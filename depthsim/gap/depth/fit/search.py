@@ -1,6 +1,6 @@
 """The bank of effects tried on top of the causes found so far: all in a first look, the leaders in full."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -179,10 +179,8 @@ class Search:
         for number in open_to:
             self.say(f"looking at {self.bank[number].effect}, {number + 1} of {len(self.bank)}")
             begun[number] = start(self.bank[number], base, here, target, roots)
-        # Of the whole bank, those that are on their way to what is left, and those of which their starts do not say.
         most = self.config.fit.looked_at if so_far is None else self.config.fit.looked_at_again
-        said = sorted((k for k in open_to if np.isfinite(begun[k][1])), key=lambda k: -begun[k][1])
-        open_to = [k for k in open_to if k in said[:most] or not np.isfinite(begun[k][1])]
+        open_to = worth_a_look({k: begun[k][1] for k in open_to}, most)
         best: dict[tuple[str, bool], Model] = {}
         for number in open_to:
             candidate = self.bank[number]
@@ -200,6 +198,15 @@ class Search:
             return self.validator.ruler.roots(self.evidence.total(effects, blocks))
 
         return roots
+
+
+def worth_a_look(gains: Mapping[int, float], most: int) -> list[int]:
+    """Of a bank those that begin best, and all that begin with nothing, whose gain is infinite: it is not known.
+
+    Which these are depends on the recording. They do not take the place of what is on its way.
+    """
+    known = sorted((number for number, gain in gains.items() if np.isfinite(gain)), key=lambda number: -gains[number])
+    return [number for number, gain in gains.items() if number in known[:most] or not np.isfinite(gain)]
 
 
 def _acts(effect: str, kind: str, along: set[str]) -> bool:
