@@ -90,9 +90,12 @@ def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[st
     return found
 
 
-def makes_steps(validator: Validator, before: Effects, after: Effects) -> bool:
-    """Whether the disparities of ``after`` lie on steps that the recording has, and those of ``before`` do not."""
-    if validator.evidence.cuts.own_steps is None:
+def makes_steps(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether ``effect`` makes steps: disparities of ``after`` lie on the recording's, those of ``before`` do not.
+
+    What loses the far pixels, of which alone steps are seen, makes none.
+    """
+    if validator.evidence.cuts.own_steps is None or effect.axes[:1] != ("disparity_phase",):
         return False
     gap, left = validator.once(_steps, before), validator.once(_steps, after)
     axis = int(np.argmax(gap))
@@ -115,7 +118,7 @@ def disagreement(
     explain, along every axis on which it stands out, and not along the first one only. flexible: whether it has so many
     parameters that it comes near to much.
     """
-    if makes_steps(validator, before, after):  # which nothing else does
+    if makes_steps(validator, effect, before, after):  # which nothing else does
         return None
     if _is_idle(validator, effect, before, after):
         return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"

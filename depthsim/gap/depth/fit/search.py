@@ -64,7 +64,8 @@ class Search:
     def makes_steps(self, model: Model) -> bool:
         """Whether the newest part of a model puts the disparities on the recording's steps."""
         before = model.less(len(model.parts) - 1).build(self.base)
-        return makes_steps(self.validator, before, model.build(self.base))
+        kind = effect_class(model.parts[-1].effect)
+        return makes_steps(self.validator, kind, before, model.build(self.base))
 
     def step(
         self, so_far: Model | None, earlier: Sequence[Trial] = (), is_out: Callable[[str], bool] = lambda _: False
