@@ -129,7 +129,7 @@ def _fill_uniform(start, stop, frame, stream, key, out):
 class Seed(NamedTuple):
     """A seed that no user can give: each purpose has a key space of its own, and so have whole numbers, as users give.
 
-    purpose: ASCII, 1 to 16 characters, what BLAKE2b takes as its personalization.
+    purpose: printable ASCII, 1 to 16 characters, what BLAKE2b takes as its personalization.
     """
 
     purpose: str

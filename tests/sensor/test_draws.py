@@ -220,7 +220,7 @@ def test_threads_and_shapes_make_no_difference(size: int, threads: int, seed: in
     assert np.array_equal(one.normal((30, 100)).ravel(), one.normal((3000,)))
 
 
-@given(st.integers(), st.text(st.characters(codec="ascii"), min_size=1, max_size=16), st.integers(0))
+@given(st.integers(), st.text(st.characters(codec="ascii", min_codepoint=32), min_size=1, max_size=16), st.integers(0))
 def test_no_seed_of_a_user_is_one_that_has_a_purpose(user: int, purpose: str, number: int) -> None:
     own = Draws(user, "noise", 0).key
     digest = hashlib.blake2b(f"{user}:noise".encode(), digest_size=8).digest()
