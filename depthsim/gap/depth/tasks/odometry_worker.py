@@ -62,7 +62,7 @@ class _Trusted(Run):
     """A run whose pictures are holes where the scene may not be trusted."""
 
     def depth_raw(self, index: int) -> NDArray[np.uint16]:
-        masks = np.load(self.path.parent / MASKS, mmap_mode="r")
+        masks = np.load(self.path.parent / MASKS, mmap_mode="r", allow_pickle=False)
         return np.where(masks[index], super().depth_raw(index), np.uint16(0))
 
 
@@ -74,7 +74,7 @@ def surface_error(run: Run, beside: Path) -> float:
         mesh = fuse(run, run.poses, VOXEL, DEPTH_MAX, VIEWS, "cement", blocks=BLOCKS)
     except InputError:  # nothing was seen often enough
         return float("nan")
-    scene: dict[str, Any] = dict(np.load(beside / SCENE))
+    scene: dict[str, Any] = dict(np.load(beside / SCENE, allow_pickle=False))
     o3d = quiet_open3d()
     near = o3d.t.geometry.RaycastingScene()
     near.add_triangles(*(o3d.core.Tensor(scene[name]) for name in ("vertices", "faces")))
