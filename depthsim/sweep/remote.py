@@ -149,7 +149,7 @@ class FsspecTarget:
         folder = self._scratch_folder() / run
         shutil.rmtree(folder, ignore_errors=True)
         make_folder(folder)
-        sent: dict[str, tuple[int, int]] = {}
+        sent: dict[str, tuple[int, ...]] = {}
         try:
             sent |= self._pull(run, folder)
             yield Workplace(folder, lambda: self._push(folder, run, sent, lists=False))
@@ -164,7 +164,7 @@ class FsspecTarget:
         """Copy a run to this machine."""
         self._pull(run, folder)
 
-    def _pull(self, run: str, folder: Path) -> dict[str, tuple[int, int]]:
+    def _pull(self, run: str, folder: Path) -> dict[str, tuple[int, ...]]:
         """Copy a run's objects; the state of each copy by the object's name."""
         states = {}
         for name in self._list(run):
@@ -177,7 +177,7 @@ class FsspecTarget:
                 states[name] = _state(path)
         return states
 
-    def _push(self, folder: Path, run: str, sent: dict[str, tuple[int, int]], *, lists: bool) -> None:
+    def _push(self, folder: Path, run: str, sent: dict[str, tuple[int, ...]], *, lists: bool) -> None:
         """Send what is new; depth.txt, which says that the run is whole, at the very end."""
         for path in sorted(_files(folder), key=lambda path: path.name == _DEPTH_LIST):
             name = f"{run}/{path.relative_to(folder).as_posix()}"
@@ -221,7 +221,7 @@ def _files(folder: Path) -> list[Path]:
     return sorted(path for path in found if path.name != LOCK and not is_leftover(path.name))
 
 
-def _state(path: Path) -> tuple[int, int]:
-    """What changes when a file is written anew."""
+def _state(path: Path) -> tuple[int, ...]:
+    """What changes when a file is written anew: an inode that was freed is taken again, and the size may be the same."""
     status = path.stat()
-    return status.st_ino, status.st_size
+    return status.st_ino, status.st_size, status.st_mtime_ns

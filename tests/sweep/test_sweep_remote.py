@@ -1,6 +1,7 @@
 """Sweeps at URLs: the bytes of a local one, frames sent as they are made, and a lease that no clock can break."""
 
 import json
+import os
 import threading
 import time
 import uuid
@@ -17,7 +18,7 @@ from depthsim.sweep.drive import run_sweep
 from depthsim.sweep.events import Event, Job, lost
 from depthsim.sweep.lease import Lease
 from depthsim.sweep.pool import Pool
-from depthsim.sweep.remote import FsspecTarget
+from depthsim.sweep.remote import FsspecTarget, _state
 from depthsim.sweep.show import State
 from depthsim.sweep.target import LocalTarget, open_target
 
@@ -109,6 +110,16 @@ def test_damage_is_mended_at_a_url(local: Path, url: str, tmp_path: Path) -> Non
     done = run_sweep(local / "spec/sweep.yaml", target, lambda plan: Here(plan, target), check=True)
     assert (done.repaired, done.frames_made) == (1, 1)
     assert tree(downloaded(url, tmp_path / "copy")) == tree(local / "out")
+
+
+def test_a_file_that_is_written_anew_is_another_whatever_its_inode_and_size(tmp_path: Path) -> None:
+    file = tmp_path / "frame.png"
+    file.write_bytes(b"damaged")
+    before = _state(file)
+    with file.open("r+b") as same:  # as where a file system gives the inode of a file that was taken away
+        same.write(b"whole..")
+    os.utime(file, ns=(0, file.stat().st_mtime_ns + 4_000_000))
+    assert _state(file) != before and _state(file)[:2] == before[:2]
 
 
 def test_a_second_driver_at_a_url_is_refused(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
