@@ -222,6 +222,6 @@ def _files(folder: Path) -> list[Path]:
 
 
 def _state(path: Path) -> tuple[int, ...]:
-    """What changes when a file is written anew: an inode that was freed is taken again, and the size may be the same."""
+    """What changes when a file is written anew: a freed inode is taken again, and the size may be the same."""
     status = path.stat()
     return status.st_ino, status.st_size, status.st_mtime_ns
