@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from depthsim.gap import diagnose
-from depthsim.gap.depth.fit.agreement import KINDS, Changes, less_others
+from depthsim.gap.depth.fit.changes import KINDS, Changes, less_others
 from depthsim.gap.depth.fit.search import worth_a_look
 from depthsim.presets import preset
 from depthsim.runs.generate import generate

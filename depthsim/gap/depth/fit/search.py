@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.fit.agreement import disagreement, first_axes, makes_steps
+from depthsim.gap.depth.fit.agreement import disagreement, makes_steps
 from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.selection import plainest

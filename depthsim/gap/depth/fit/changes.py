@@ -1,0 +1,189 @@
+"""How two sensors differ, kind by kind: in bias, spread and holes, along every axis, free of chance."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import jensenshannon
+
+from depthsim.gap.depth.data import histograms
+from depthsim.gap.depth.data.divergence import Counted
+from depthsim.gap.depth.data.evidence import Counts
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.gap.depth.where.differences import moments
+from depthsim.gap.depth.where.localize import PAIRS, axis_cost, beyond_each
+from depthsim.sensor.effect import Effect
+
+Floats = NDArray[np.float64]
+Effects = Sequence[Effect]
+KINDS = ("bias", "spread", "missing", "all")
+ALL = 3
+_BITS = 2 * np.log(2)
+"""Squared differences of the roots of shares, where they are small, for a bit of divergence."""
+
+
+@dataclass(frozen=True)
+class Changes:
+    """How two sensors differ, kind by kind [bits per pixel], over chance.
+
+    mean: (4, axes) in the mean over an axis' pixels; varies: (4, axes) in what changes from cell to cell; of bias, of
+    spread, of holes, and of the whole distribution. Zero for axes that count no errors. chance: (4, axes) the same as
+    varies of two runs of one sensor. pairs: (axes,) how neighbours and successive frames differ, zero for the others;
+    together: the same beyond what each error alone has.
+    """
+
+    mean: Floats
+    varies: Floats
+    chance: Floats
+    pairs: Floats
+    together: float
+
+    @property
+    def whole(self) -> Floats:
+        """(4,) all of it, by the axis that shows most."""
+        return np.asarray(np.maximum(self.mean + self.varies, 0).max(axis=1))
+
+
+def against(validator: Validator, effects: Effects) -> Changes:
+    """How the recording differs from a sensor with ``effects``."""
+    return _changes(validator, validator.real, _runs(validator, effects))
+
+
+def done_by(validator: Validator, before: Effects, after: Effects) -> Changes:
+    """What is changed from one sensor to another."""
+    return _changes(validator, _runs(validator, after)[0], _runs(validator, before))
+
+
+def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[str]]]:
+    """Kinds of which there is much of the gap, and the names of the axis along which each changes most."""
+    gap, limit = validator.once(against, effects), validator.evidence.config.agreement
+    found = []
+    for k, kind in enumerate(KINDS[:ALL]):
+        sure, worth = worth_of(validator, gap, k)
+        first = int(np.argmax(worth))
+        if sure[first] and gap.whole[k] >= limit.acts * gap.whole[ALL]:
+            found.append((kind, set(validator.evidence.axes[first].name.split(" x "))))
+    return found
+
+
+def less_others(changes: Changes, effect: type[Effect]) -> Changes:
+    """The same, where what all errors change by is without the holes, or without all but them, if they are not the
+    effect's: pixels without depth have no error, and one effect may make the errors and another the holes."""
+    holes = KINDS.index("missing")
+    others = [k for k in range(ALL) if k != holes] if effect.kinds == ("missing",) else [holes]
+    if "missing" in effect.kinds and effect.kinds != ("missing",):
+        return changes
+    rows = [x.copy() for x in (changes.mean, changes.varies)]
+    for row in rows:
+        row[ALL] -= _BITS * np.maximum(row[others], 0).sum(axis=0)
+    return replace(changes, mean=rows[0], varies=rows[1])
+
+
+def worth_of(validator: Validator, gap: Changes, k: int) -> tuple[NDArray[np.bool_], Floats]:
+    """(axes,) where one kind surely changes, and how much of it each axis explains, over what its cells cost."""
+    sure = gap.varies[k] > validator.evidence.config.agreement.sure * gap.chance[k]
+    whole = max(float(gap.whole[k]), 1e-12)
+    return sure, np.where(sure, gap.varies[k], 0) / whole - cost(validator)
+
+
+def cost(validator: Validator) -> Floats:
+    """(axes,) what each axis must explain more, see :func:`axis_cost`; infinite where no errors are counted."""
+    axes, limit = validator.evidence.axes, validator.evidence.config.where
+    return np.array([axis_cost(axis, limit) if axis.kind == histograms.ERROR else np.inf for axis in axes])
+
+
+def phases_apart(validator: Validator, effects: Effects) -> Floats:
+    """(axes,) how the phases of the disparities differ from the recording's [bits], where there is depth."""
+    evidence, run = validator.evidence, _runs(validator, effects)[0].sum(axis=0)
+    real, bits = validator.real.sum(axis=0), np.zeros(len(evidence.axes))
+    for number, axis in enumerate(evidence.axes):
+        if axis.kind >= histograms.PHASE:
+            begin = int(evidence.offsets[number])
+            phases = slice(begin, begin + int(histograms.BINS[axis.kind]) - 1)
+            if min(real[phases].sum(), run[phases].sum()) > 0:
+                bits[number] = jensenshannon(real[phases], run[phases], base=2) ** 2
+    return bits
+
+
+def _runs(validator: Validator, effects: Effects) -> list[Counts]:
+    return validator.runs(effects, validator.evidence.config.fit.runs)
+
+
+def _changes(validator: Validator, one: Counts, others: Sequence[Counts]) -> Changes:
+    """How ``one`` (blocks, size) differs from ``others``, each (blocks, size)."""
+    evidence = validator.evidence
+    usual = np.asarray(np.sum(others[1:], axis=0, dtype=np.float64))
+    fewer = np.asarray(np.sum(others[2:], axis=0, dtype=np.float64))
+    mean, varies, chance = np.zeros((3, len(KINDS), len(evidence.axes)))
+    for number, axis in enumerate(evidence.axes):
+        if axis.kind == histograms.ERROR:
+            mean[:, number], varies[:, number] = _along(validator, number, one, others[0], usual)
+            chance[:, number] = np.abs(_along(validator, number, others[0], others[1], fewer)[1])
+    kinds = np.array([axis.kind for axis in evidence.axes])
+    # One draw of chance says little of one axis: it is no less than it usually is.
+    chance = np.maximum(chance, np.median(chance[:, kinds == histograms.ERROR], axis=1, keepdims=True))
+    real, null, runs = (np.asarray(x.sum(axis=0)) for x in (one, others[0], usual))
+    pairs = [n for n, axis in enumerate(evidence.axes) if axis.kind in PAIRS]
+    own = (_together(validator, n, real, runs) - _together(validator, n, null, runs) for n in pairs)
+    counted = (kinds > histograms.ERROR) & (kinds < histograms.PHASE)
+    apart = validator.ruler.by_axis(real, runs) - validator.ruler.by_axis(null, runs)
+    return Changes(mean, varies, chance, np.where(counted, np.maximum(apart, 0), 0), max(0.0, *own) if pairs else 0.0)
+
+
+def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: Counted) -> tuple[Floats, Floats]:
+    """(4,) squared mean difference of each kind, and what changes from cell to cell, along one axis.
+
+    Two halves of the frames have the same true difference and chances of their own, so the product of the two has no
+    part of chance in it, however errors of a frame go together. Axes whose cells the halves do not share, such as time,
+    have the chance of a simulated run taken off instead.
+    """
+    evidence = validator.evidence
+    axis, begin = evidence.axes[number], int(evidence.offsets[number])
+    bins = int(histograms.BINS[histograms.ERROR])
+
+    def cells(counts: Counted) -> Floats:
+        return counts[..., begin : begin + axis.size * bins].reshape(len(counts), axis.size, bins).astype(np.float64)
+
+    a, b = cells(one), cells(usual)
+    halves = [(x[::2].sum(axis=0), x[1::2].sum(axis=0)) for x in (a, b)]
+    pixels = a.sum(axis=(0, 2))
+    shared = np.all([half.sum(axis=1) >= 30 for pair in halves for half in pair], axis=0)
+    if pixels[shared].sum() > 0.8 * pixels.sum() > 0:
+        (one_a, two_a), (one_b, two_b) = halves
+        weight = pixels[shared] / pixels[shared].sum()
+        return _squares(_scaled(one_a[shared], one_b[shared]), _scaled(two_a[shared], two_b[shared]), weight)
+    whole_a, whole_b, whole_null = (x.sum(axis=0) for x in (a, b, cells(null)))
+    enough = np.all([x.sum(axis=1) >= 30 for x in (whole_a, whole_b, whole_null)], axis=0)
+    if not enough.any():
+        return np.zeros(len(KINDS)), np.zeros(len(KINDS))
+    weight = pixels[enough] / pixels[enough].sum()
+    seen, chance = (_scaled(x[enough], whole_b[enough]) for x in (whole_a, whole_null))
+    (mean, varies), (mean_null, varies_null) = _squares(seen, seen, weight), _squares(chance, chance, weight)
+    return mean - mean_null, varies - varies_null
+
+
+def _squares(x: Floats, y: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    """(4,) the product of the means of two (3 + bins, cells), and the mean product of what is beside them."""
+    mean_x, mean_y = x @ weight, y @ weight
+    means = mean_x * mean_y
+    varies = ((x - mean_x[:, None]) * (y - mean_y[:, None])) @ weight
+    return np.append(means[:ALL], means[ALL:].sum()), np.append(varies[:ALL], varies[ALL:].sum())
+
+
+def _scaled(a: Floats, b: Floats) -> Floats:
+    """(3 + bins, cells) how histograms (cells, bins) differ: in bias, spread and holes, such that the square is the
+    divergence in bits where it is small, and in the roots of all shares."""
+    one, other = moments(a), moments(b)
+    bias = (one.middle - other.middle) / np.sqrt(one.spread**2 + other.spread**2)
+    spread = np.log(one.spread / other.spread)
+    holes = 2 * (np.arcsin(np.sqrt(one.holes)) - np.arcsin(np.sqrt(other.holes)))
+    kinds = np.stack([bias, spread, holes / np.sqrt(2)]) / np.sqrt(4 * np.log(2))
+    roots = [np.sqrt(x / x.sum(axis=1, keepdims=True)) for x in (a, b)]
+    return np.concatenate([kinds, (roots[0] - roots[1]).T])
+
+
+def _together(validator: Validator, axis: int, x: Counted, y: Counted) -> float:
+    """How pairs of errors differ beyond each error alone [bits per pixel]."""
+    totals = validator.ruler.totals(x)[validator.ruler.axis_of_cell == axis]
+    return float((beyond_each(validator.evidence, axis, x, y) * totals).sum() / max(totals.sum(), 1))
