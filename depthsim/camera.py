@@ -289,7 +289,7 @@ def undistort(xd: NDArray, yd: NDArray, k: tuple[float, ...]) -> tuple[NDArray, 
     x, y = np.zeros_like(xd, dtype=np.float64), np.zeros_like(yd, dtype=np.float64)
     with np.errstate(all="ignore"):
         for part in np.linspace(1 / 8, 1, 8):
-            x, y = _newton(x + xd / 8, y + yd / 8, part * xd, part * yd, k, most=2 if part < 1 else 20)
+            x, y = _newton(x + xd / 8, y + yd / 8, part * xd, part * yd, k, most=2 if part < 1 else 60)
         ex, ey = distort(x, y, k)
         wrong = ~(np.hypot(ex - xd, ey - yd) < 1e-9)
     x[wrong] = y[wrong] = np.nan
@@ -299,7 +299,7 @@ def undistort(xd: NDArray, yd: NDArray, k: tuple[float, ...]) -> tuple[NDArray, 
 def _newton(
     x: NDArray, y: NDArray, xd: NDArray, yd: NDArray, k: tuple[float, ...], most: int
 ) -> tuple[NDArray, NDArray]:
-    """The root of distort(x, y) = (xd, yd) near (x, y), in at most ``most`` steps."""
+    """The root of distort(x, y) = (xd, yd) near (x, y), in at most ``most`` steps; beside a fold there are many."""
     for _ in range(most):
         ex, ey = distort(x, y, k)
         ex, ey = ex - xd, ey - yd
