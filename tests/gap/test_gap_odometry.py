@@ -1,5 +1,6 @@
 """What a gap costs odometry and mapping: nothing of a recording that stands, and the drift of one that moves."""
 
+import errno
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -85,10 +86,16 @@ def test_what_stands_or_is_short_has_no_drift(monkeypatch: pytest.MonkeyPatch) -
     assert odometry_tasks(looked, [looked.base]) == ()
 
 
-@pytest.mark.parametrize("fault", ["missing", "broken"])
+def full(*_: object) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize("fault", ["missing", "broken", "full"])
 def test_what_cannot_be_run_is_said_and_ends_nothing(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if fault == "missing":
         monkeypatch.setattr(odometry, "find_spec", lambda name: None)
+    elif fault == "full":
+        monkeypatch.setattr(odometry.RunWriter, "write_frame", full)
     else:
         monkeypatch.setattr(odometry.sys, "executable", "false")
         monkeypatch.setattr(odometry, "RUNS", 1)

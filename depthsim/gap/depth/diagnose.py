@@ -30,7 +30,7 @@ from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.tasks.measure import tasks_of
-from depthsim.gap.depth.tasks.odometry import odometry_tasks
+from depthsim.gap.depth.tasks.odometry import odometry_of
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
 from depthsim.gap.diagnosis import Cut, Diagnosis, Gap, Nearest, Unexplained
@@ -118,8 +118,7 @@ def investigate(
     say("measuring what the gap costs")
     costs = tasks_of(found)
     say("running odometry on the recording and on its simulations")
-    sensors = [given.base, found.fixed.effects] if found.diagnosis.causes else [given.base]
-    costs += odometry_tasks(given, sensors)
+    costs += odometry_of(found, given)
     return replace(found, diagnosis=found.diagnosis.model_copy(update={"tasks": costs}))
 
 

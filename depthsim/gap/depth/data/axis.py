@@ -37,6 +37,11 @@ class Axis:
     drawn_as: str = ""
 
     @property
+    def names(self) -> set[str]:
+        """The axis, or the two of a pair."""
+        return set(self.name.split(" x "))
+
+    @property
     def title(self) -> str:
         """What a drawing says beside the axis."""
         unit = {"": "", "1": " [share of the corner's]", "deg": " [°]"}.get(self.unit, f" [{self.unit}]")

@@ -18,6 +18,7 @@ from depthsim.gap.depth.fit.changes import (
     against,
     cost,
     done_by,
+    first_axis,
     less_others,
     phases_apart,
     worth_of,
@@ -37,10 +38,9 @@ def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Eff
     gap, left = (validator.once(against, effects) for validator, effects in (before, after))
     limit = before[0].evidence.config.agreement
     bias = KINDS.index("bias")
-    sure, worth = worth_of(before[0], gap, bias)
-    first = int(np.argmax(worth))
+    first = first_axis(before[0], gap, bias)
     most = limit.left_by_flexible * limit.left_along  # six numbers a frame come near to much
-    return bool(sure[first] and left.varies[bias, first] > most * gap.varies[bias, first])
+    return bool(first is not None and left.varies[bias, first] > most * gap.varies[bias, first])
 
 
 def makes_steps(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
@@ -146,11 +146,10 @@ def _is_of(validator: Validator, effect: type[Effect], before: Effects, gap: Cha
 
     Then it is what that cause's own formula leaves, which many another effect takes up. A learned pattern has none.
     """
-    sure, worth = worth_of(validator, gap, k)
-    first = int(np.argmax(worth))
-    if not sure[first] or gap.varies[k, first] <= validator.evidence.config.agreement.uniform * gap.whole[k]:
+    first = first_axis(validator, gap, k)
+    if first is None or gap.varies[k, first] <= validator.evidence.config.agreement.uniform * gap.whole[k]:
         return None
-    along = set(validator.evidence.axes[first].name.split(" x "))
+    along = validator.evidence.axes[first].names
     for cause in before:
         named = cause not in validator.evidence.base and not learned_of(type(cause))
         if named and KINDS[k] in cause.kinds and along & set(cause.axes) and not along & set(effect.axes):
@@ -165,7 +164,7 @@ def _leaves_elsewhere(validator: Validator, effect: type[Effect], gap: Changes, 
         return None
     axis = int(np.argmax(left.varies[k] / max(whole, 1e-12) - cost(validator)))
     varies = float(left.varies[k, axis])
-    own = set(validator.evidence.axes[axis].name.split(" x ")) & set(effect.axes)
+    own = validator.evidence.axes[axis].names & set(effect.axes)
     sure = varies > limit.sure * left.chance[k, axis]
     if own or not sure or varies < limit.mostly * whole or varies < limit.untouched * gap.varies[k, axis]:
         return None

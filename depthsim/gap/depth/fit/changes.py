@@ -60,10 +60,9 @@ def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[st
     gap, limit = validator.once(against, effects), validator.evidence.config.agreement
     found = []
     for k, kind in enumerate(KINDS[:ALL]):
-        sure, worth = worth_of(validator, gap, k)
-        first = int(np.argmax(worth))
-        if sure[first] and gap.whole[k] >= limit.acts * gap.whole[ALL]:
-            found.append((kind, set(validator.evidence.axes[first].name.split(" x "))))
+        first = first_axis(validator, gap, k)
+        if first is not None and gap.whole[k] >= limit.acts * gap.whole[ALL]:
+            found.append((kind, validator.evidence.axes[first].names))
     return found
 
 
@@ -85,6 +84,13 @@ def worth_of(validator: Validator, gap: Changes, k: int) -> tuple[NDArray[np.boo
     sure = gap.varies[k] > validator.evidence.config.agreement.sure * gap.chance[k]
     whole = max(float(gap.whole[k]), 1e-12)
     return sure, np.where(sure, gap.varies[k], 0) / whole - cost(validator)
+
+
+def first_axis(validator: Validator, gap: Changes, k: int) -> int | None:
+    """The axis along which one kind changes most; None where it surely changes along none."""
+    sure, worth = worth_of(validator, gap, k)
+    first = int(np.argmax(worth))
+    return first if sure[first] else None
 
 
 def cost(validator: Validator) -> Floats:

@@ -17,10 +17,12 @@ import numpy as np
 from scipy.stats import t as student
 
 from depthsim.draws import Seed
+from depthsim.errors import InputError
 from depthsim.extras import MissingExtra, need_extra
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.frames import CleanFrame, cast_clean
 from depthsim.gap.depth.data.simulate import Replay
+from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.tasks.figures import ODOMETRY
 from depthsim.gap.depth.tasks.odometry_worker import MASKS, SCENE
 from depthsim.gap.diagnosis import Task, rounded
@@ -42,6 +44,12 @@ _LONGEST = 1800.0
 """[s]"""
 
 
+def odometry_of(found: Findings, evidence: Evidence, systems: Sequence[str] = ("open3d",)) -> tuple[Task, ...]:
+    """:func:`odometry_tasks` of a recording that was diagnosed. evidence: its frames, as they were recorded."""
+    sensors = [evidence.base, found.fixed.effects] if found.diagnosis.causes else [evidence.base]
+    return odometry_tasks(evidence, sensors, systems)
+
+
 def odometry_tasks(
     evidence: Evidence, sensors: Sequence[Sequence[Effect]], systems: Sequence[str] = ("open3d",)
 ) -> tuple[Task, ...]:
@@ -57,10 +65,10 @@ def odometry_tasks(
     if not _is_installed():
         return _without(names, "the extra `slam` is not installed")
     with TemporaryDirectory(prefix="depthsim_odometry_") as kept:
-        runs = _write_runs(evidence, sensors, way, Path(kept))
-        try:
+        try:  # a full disk, too, shall not cost the diagnosis that is done
+            runs = _write_runs(evidence, sensors, way, Path(kept))
             figures = _figures(runs, systems, evidence.threads)
-        except (subprocess.SubprocessError, ValueError) as error:
+        except (subprocess.SubprocessError, ValueError, OSError, InputError) as error:
             return _without(names, f"odometry could not be run ({error})")
     simulated = [figures[1 + RUNS * k : 1 + RUNS * (k + 1)] for k in range(len(sensors))]
     return tuple(_task(name, figures[0], simulated[0], simulated[-1]) for name in names)
