@@ -130,7 +130,7 @@ def test_killed_at_random_moments_and_resumed(room: Path, tmp_path: Path) -> Non
     expected = tree(whole)
     generator, killed, resumed = random.Random(4), 0, 0
     for turn in range(40):
-        if turn >= 8 and killed >= 5 and resumed >= 2:
+        if turn >= 12 and killed >= 7 and resumed >= 3:
             break  # a busy machine makes many frames between two looks at them, and needs more turns
         process = subprocess.Popen([*command, "--out", str(broken)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         # Wait for a random number of further frames, then a random moment, which falls anywhere inside a frame.
@@ -147,8 +147,8 @@ def test_killed_at_random_moments_and_resumed(room: Path, tmp_path: Path) -> Non
             shutil.rmtree(broken)
     subprocess.run([*command, "--out", str(broken)], check=True, capture_output=True)
     assert tree(broken) == expected
-    assert killed >= 5, "most of the runs should have been broken off"
-    assert resumed >= 2, "several should have gone on from a broken-off run"
+    assert killed >= 7, "most of the runs should have been broken off"
+    assert resumed >= 3, "several should have gone on from a broken-off run"
 
 
 def test_ctrl_c_keeps_whole_frames_and_says_so(room: Path, tmp_path: Path) -> None:
