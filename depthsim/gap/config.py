@@ -158,6 +158,14 @@ class DepthAgreement(Section):
         "of what a bias or holes do: with less of it changing along the axis that they are known by, they are others",
     )
     steps: float = _value(0.1, "bits by which the phases of disparities must differ for their steps to be wrong")
+    brought: float = _value(
+        0.03,
+        "of what an effect does: more of its own along an axis, where the recording's errors change less, is no cause",
+    )
+    crossed: float = _value(0.02, "of a kind of gap: with less changing along two axes at once, they do not matter")
+    left_of_crossed: float = _value(
+        0.4, "of what changes along an axis of its own crossed with another one, that a cause may leave"
+    )
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
 
 

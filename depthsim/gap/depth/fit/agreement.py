@@ -9,7 +9,9 @@ leaves nearly all.
 
 import numpy as np
 
+from depthsim.draws import Seed
 from depthsim.gap.depth.data import histograms
+from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.fit.changes import (
     ALL,
     KINDS,
@@ -56,6 +58,23 @@ def makes_steps(validator: Validator, effect: type[Effect], before: Effects, aft
     return bool(gap[axis] > limit.steps and left[axis] < limit.left_along * gap[axis])
 
 
+def _unseen_step(validator: Validator, before: Effects, after: Effects) -> float | None:
+    """The step [px] of the disparities that ``after`` shows, where ``before`` and the recording show none."""
+    evidence = validator.evidence
+    if evidence.cuts.own_steps is not None:
+        return None
+
+    def step(effects: Effects) -> float | None:
+        blocks = validator.blocks[:: max(1, len(validator.blocks) // 4)]
+        pictures = ((b, evidence.pictures(effects, b, Seed("steps"))[0]) for b in blocks)
+        first = ((picture, evidence.frames[int(evidence.blocks[b][0])]) for b, picture in pictures)
+        shown = ((picture, frame.geometry.depth) for picture, frame in first)
+        found = find_steps(evidence.camera, shown, evidence.config.data)
+        return found[0] if found else None
+
+    return step(after) if step(before) is None else None
+
+
 def disagreement(
     validator: Validator,
     effect: type[Effect],
@@ -75,6 +94,8 @@ def disagreement(
         return None
     if _is_idle(validator, effect, before, after):
         return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
+    if (step := validator.once(_unseen_step, before, after)) and effect.axes[:1] == ("disparity_phase",):
+        return f"makes steps of {step:.3g} px, and the recording has none"
     is_first = tuple(before) == validator.evidence.base
     if is_first and not validator.score(after).stands_out(validator.config):  # nothing is left that could disagree
         return None
@@ -99,6 +120,10 @@ def disagreement(
         if kind == effect.kinds[0] and (why := _is_of(validator, effect, before, gap, k)):
             return why
         if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, gap, left, k)):
+            return why
+        if not alone or kind != effect.kinds[0]:
+            continue
+        if why := _leaves_crossed(validator, effect, gap, left, k) or _brings(validator, gap, left, does, k):
             return why
     if why := _not_itself(validator, effect, gap, left, does):
         return why
@@ -171,6 +196,24 @@ def _leaves_elsewhere(validator: Validator, effect: type[Effect], gap: Changes, 
     return f"leaves all of how {_WORDS[KINDS[k]]} change along {_name(validator, axis)}"
 
 
+def _leaves_crossed(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, k: int) -> str | None:
+    """Whether much is left along an axis of the effect's crossed with another one.
+
+    What has the effect's axis and another shape, such as an offset of the disparities for a scale, comes near along
+    that axis alone: other parameters make up for it. They cannot at every range on every material.
+    """
+    limit, least = validator.evidence.config.agreement, float(gap.whole[k])
+    for axis, cut in enumerate(validator.evidence.axes):
+        varies = float(gap.varies[k, axis])
+        crossed = len(cut.names) > 1 and bool(cut.names & set(effect.axes))
+        if not crossed or varies < limit.crossed * least or varies < limit.sure * gap.chance[k, axis]:
+            continue
+        share = float(left.varies[k, axis]) / varies
+        if share > limit.left_of_crossed:
+            return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, axis)}"
+    return None
+
+
 def _of_pairs(validator: Validator, effect: type[Effect], gap: Changes, left: Changes) -> str | None:
     """Whether an effect that makes errors go together leaves too much of how they do."""
     axes = validator.evidence.axes
@@ -199,6 +242,19 @@ def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: 
         if more > least:
             return f"makes {_WORDS[kind]} change along {effect.axes[0].replace('_', ' ')}, where the recording's do not"
     return None
+
+
+def _brings(validator: Validator, gap: Changes, left: Changes, does: Changes, k: int) -> str | None:
+    """Whether an effect makes a kind of error change along an axis along which the recording's do not change so.
+
+    Such as an offset of the disparities for a scale that is wrong: together they have a bias that none had before.
+    """
+    limit = validator.evidence.config.agreement
+    more = left.varies[k] - np.maximum(gap.varies[k], 0) - limit.sure * left.chance[k]
+    axis = int(np.argmax(more))
+    if more[axis] <= limit.brought * does.whole[k]:
+        return None
+    return f"makes {_WORDS[KINDS[k]]} change along {_name(validator, axis)}, where the recording's do not"
 
 
 def _is_idle(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
