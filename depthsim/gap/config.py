@@ -144,8 +144,10 @@ class DepthAgreement(Section):
     left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
     well: float = _value(
         0.8,
-        "of a gap: a cause that closes so much may leave more along the axis that it is known by, up to `untouched`, "
-        "and causes that do need not act along the axis on which the gap lies first",
+        "of a gap: a cause that closes so much may leave more along the axis that it is known by, up to `untouched`",
+    )
+    nearly_all: float = _value(
+        0.95, "of a gap: causes that close so much need not act along the axis on which the gap lies first"
     )
     left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
@@ -163,9 +165,6 @@ class DepthAgreement(Section):
         "of what an effect does: more of its own along an axis, where the recording's errors change less, is no cause",
     )
     crossed: float = _value(0.02, "of a kind of gap: with less changing along two axes at once, they do not matter")
-    left_of_crossed: float = _value(
-        0.4, "of what changes along an axis of its own crossed with another one, that a cause may leave"
-    )
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
 
 

@@ -167,7 +167,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
 
     # How far do they close it?
     after, gap = _how_far(recorded, validator, selection, before)
-    if not is_cause and gap.closed_fraction < config.agreement.well and _acts_elsewhere(selection, where):
+    if not is_cause and gap.closed_fraction < config.agreement.nearly_all and _acts_elsewhere(selection, where):
         selection, named = _refused(validator, selection, before, where[0].axis), False
         after, gap = before, _gap(before, before, 0.0, 0.0)
 

@@ -209,7 +209,7 @@ def _leaves_crossed(validator: Validator, effect: type[Effect], gap: Changes, le
         if not crossed or varies < limit.crossed * least or varies < limit.sure * gap.chance[k, axis]:
             continue
         share = float(left.varies[k, axis]) / varies
-        if share > limit.left_of_crossed:
+        if share > limit.left_along:
             return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, axis)}"
     return None
 
