@@ -2,7 +2,7 @@
 
 An effect that only comes near closes much of a gap, as most of a gap is the same everywhere. What it cannot do is make
 the errors change along the axis along which the recording's do, where that is no axis of its own. So the gap is taken
-apart into bias, spread and holes, and for each of these that the effect changes, the axis is looked for along which the
+apart into bias, spread, holes and tails, and for each of these that the effect changes, the axis is looked for along which the
 gap changes most. An effect by another formula than the recording's leaves a part of that; one that acts elsewhere
 leaves nearly all.
 """
@@ -21,7 +21,7 @@ from depthsim.gap.depth.fit.changes import (
     cost,
     done_by,
     first_axis,
-    less_others,
+    less_holes,
     phases_apart,
     worth_of,
 )
@@ -29,7 +29,7 @@ from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.parameter import learned_of
 
-_WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "all": "errors"}
+_WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "tail": "tails", "all": "errors"}
 
 
 def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Effects]) -> bool:
@@ -107,21 +107,22 @@ def disagreement(
     was, least = validator.quick(before), validator.score(before).floor
     closes_well = was - validator.quick(after) >= limit.well * (was - least)
     for k, kind in enumerate(KINDS):
-        if k == ALL and learned:  # as much as other frames say for sure is there, and no more
+        # What is learned takes off as much as other frames say for sure is there; holes and tails are counted, so
+        # that nothing else can answer for them.
+        if k == ALL and (learned or effect.kinds == ("missing",) or effect.kinds[0] == "tail"):
             continue
-        answers = acts[k] >= limit.acts * acts[ALL] or (learned and kind == effect.kinds[0])
-        if k != ALL and not (kind in effect.kinds and answers):
+        primary = kind == effect.kinds[0]
+        answers = acts[k] >= limit.acts * acts[ALL] or (primary and (learned or kind == "tail"))
+        if k != ALL and not (kind in effect.kinds and answers and (primary or kind != "tail")):
             continue
-        seen = gap, left
-        if k == ALL:
-            seen = less_others(gap, effect), less_others(left, effect)
+        seen = (less_holes(gap, effect), less_holes(left, effect)) if k == ALL else (gap, left)
         if why := _leaves(validator, effect, *seen, k, alone, flexible, closes_well):
             return why
-        if kind == effect.kinds[0] and (why := _is_of(validator, effect, before, gap, k)):
+        if primary and (why := _is_of(validator, effect, before, gap, k)):
             return why
         if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, gap, left, k)):
             return why
-        if not alone or kind != effect.kinds[0]:
+        if not (alone and primary):
             continue
         if why := _leaves_crossed(validator, effect, gap, left, k) or _brings(validator, gap, left, does, k):
             return why
