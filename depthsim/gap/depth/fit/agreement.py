@@ -2,9 +2,9 @@
 
 An effect that only comes near closes much of a gap, as most of a gap is the same everywhere. What it cannot do is make
 the errors change along the axis along which the recording's do, where that is no axis of its own. So the gap is taken
-apart into bias, spread, holes and tails, and for each of these that the effect changes, the axis is looked for along which the
-gap changes most. An effect by another formula than the recording's leaves a part of that; one that acts elsewhere
-leaves nearly all.
+apart into bias, spread, holes and tails, and for each of these that the effect changes, the axis is looked for along
+which the gap changes most. An effect by another formula than the recording's leaves a part of that; one that acts
+elsewhere leaves nearly all.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ from depthsim.gap.depth.fit.changes import (
     cost,
     done_by,
     first_axis,
-    less_holes,
+    less_others,
     phases_apart,
     worth_of,
 )
@@ -107,16 +107,17 @@ def disagreement(
     was, least = validator.quick(before), validator.score(before).floor
     closes_well = was - validator.quick(after) >= limit.well * (was - least)
     for k, kind in enumerate(KINDS):
-        # What is learned takes off as much as other frames say for sure is there; holes and tails are counted, so
-        # that nothing else can answer for them.
-        if k == ALL and (learned or effect.kinds == ("missing",) or effect.kinds[0] == "tail"):
+        # What is learned takes off as much as other frames say for sure is there; holes and tails are counted apart.
+        if k == ALL and (learned or effect.kinds[0] in ("missing", "tail")):
             continue
         primary = kind == effect.kinds[0]
         answers = acts[k] >= limit.acts * acts[ALL] or (primary and (learned or kind == "tail"))
         if k != ALL and not (kind in effect.kinds and answers and (primary or kind != "tail")):
             continue
-        seen = (less_holes(gap, effect), less_holes(left, effect)) if k == ALL else (gap, left)
-        if why := _leaves(validator, effect, *seen, k, alone, flexible, closes_well):
+        seen = (less_others(gap, effect), less_others(left, effect)) if k == ALL else (gap, left)
+        if k == ALL and seen[0].whole[ALL] < limit.acts * gap.whole[ALL]:
+            continue
+        if why := _leaves(validator, effect, before, *seen, k, alone, flexible, closes_well):
             return why
         if primary and (why := _is_of(validator, effect, before, gap, k)):
             return why
@@ -124,7 +125,7 @@ def disagreement(
             return why
         if not (alone and primary):
             continue
-        if why := _leaves_crossed(validator, effect, gap, left, k) or _brings(validator, gap, left, does, k):
+        if why := _leaves_crossed(validator, effect, gap, left, k) or _brings(validator, effect, gap, left, does, k):
             return why
     if why := _not_itself(validator, effect, gap, left, does):
         return why
@@ -136,6 +137,7 @@ def disagreement(
 def _leaves(
     validator: Validator,
     effect: type[Effect],
+    before: Effects,
     gap: Changes,
     left: Changes,
     k: int,
@@ -156,11 +158,14 @@ def _leaves(
     first = int(np.argmax(worth))
     if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
         return None
-    if not sure[first] or gap.varies[k, first] <= limit.uniform * whole:
+    uniform = whole * (limit.uniform_tails if KINDS[k] == "tail" else limit.uniform)
+    if not sure[first] or gap.varies[k, first] <= uniform:
         share = float(left.whole[k]) / whole
         return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > most * limit.left_of_uniform else None
     strong = worth >= limit.strong * worth[first] if alone else np.arange(len(worth)) == first
-    for axis in np.flatnonzero(strong & sure & (gap.varies[k] > limit.uniform * whole)):
+    for axis in np.flatnonzero(strong & sure & (gap.varies[k] > uniform)):
+        if axis != first and _others_with(validator, before, validator.evidence.axes[axis].names):
+            continue
         share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
         if share > (along[axis] if axis == first else limit.untouched):
             return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, int(axis))}"
@@ -176,11 +181,16 @@ def _is_of(validator: Validator, effect: type[Effect], before: Effects, gap: Cha
     if first is None or gap.varies[k, first] <= validator.evidence.config.agreement.uniform * gap.whole[k]:
         return None
     along = validator.evidence.axes[first].names
-    for cause in before:
-        named = cause not in validator.evidence.base and not learned_of(type(cause))
-        if named and KINDS[k] in cause.kinds and along & set(cause.axes) and not along & set(effect.axes):
+    for cause in _others_with(validator, before, along):
+        if KINDS[k] in cause.kinds and not along & set(effect.axes):
             return f"is for what {cause.id} leaves along {_name(validator, first)}"
     return None
+
+
+def _others_with(validator: Validator, before: Effects, along: set[str]) -> list[Effect]:
+    """The causes named so far that act along one of some axes. What a learned pattern leaves is due to no formula."""
+    named = (cause for cause in before if cause not in validator.evidence.base and not learned_of(type(cause)))
+    return [cause for cause in named if along & set(cause.axes)]
 
 
 def _leaves_elsewhere(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, k: int) -> str | None:
@@ -245,13 +255,16 @@ def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: 
     return None
 
 
-def _brings(validator: Validator, gap: Changes, left: Changes, does: Changes, k: int) -> str | None:
-    """Whether an effect makes a kind of error change along an axis along which the recording's do not change so.
+def _brings(
+    validator: Validator, effect: type[Effect], gap: Changes, left: Changes, does: Changes, k: int
+) -> str | None:
+    """Whether an effect makes a kind of error change along an axis of its own, where the recording's do not.
 
-    Such as an offset of the disparities for a scale that is wrong: together they have a bias that none had before.
+    Such as an offset of the disparities for a scale that is wrong, which has another shape along the range.
     """
     limit = validator.evidence.config.agreement
-    more = left.varies[k] - np.maximum(gap.varies[k], 0) - limit.sure * left.chance[k]
+    own = np.array([bool(axis.names & set(effect.axes)) for axis in validator.evidence.axes])
+    more = np.where(own, left.varies[k] - np.maximum(gap.varies[k], 0) - limit.sure * left.chance[k], 0)
     axis = int(np.argmax(more))
     if more[axis] <= limit.brought * does.whole[k]:
         return None

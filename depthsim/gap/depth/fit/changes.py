@@ -66,14 +66,13 @@ def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[st
     return found
 
 
-def less_holes(changes: Changes, effect: type[Effect]) -> Changes:
-    """The same, where what all errors change by is without the holes, if they are not the effect's: pixels without
-    depth have no error, and one effect may make the errors and another the holes."""
-    if "missing" in effect.kinds:
-        return changes
-    holes, rows = KINDS.index("missing"), [x.copy() for x in (changes.mean, changes.varies)]
+def less_others(changes: Changes, effect: type[Effect]) -> Changes:
+    """The same, where what all errors change by is without the kinds that the effect does not make: one effect may make
+    the biases, and another the holes."""
+    others = [k for k, kind in enumerate(KINDS[:ALL]) if kind not in effect.kinds]
+    rows = [x.copy() for x in (changes.mean, changes.varies)]
     for row in rows:
-        row[ALL] -= _BITS * np.maximum(row[holes], 0)
+        row[ALL] -= _BITS * np.maximum(row[others], 0).sum(axis=0)
     return replace(changes, mean=rows[0], varies=rows[1])
 
 
