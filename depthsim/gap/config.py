@@ -137,7 +137,7 @@ class DepthAgreement(Section):
     uniform: float = _value(
         0.1, "of what a gap has of a kind: with less changing along any axis, it is the same all over"
     )
-    uniform_tails: float = _value(0.25, "the same of tails, which are counted in few pixels")
+    uniform_tails: float = _value(0.25, "the same and `near_floor` of tails, which are counted in few pixels")
     all_along: float = _value(
         0.4, "of a gap: with so much changing along one axis, all kinds together, any cause must answer for that"
     )

@@ -248,11 +248,13 @@ def _seen_again(validator: Validator, selecting: Validator, selection: Selection
 def _acts_elsewhere(selection: Selection, where: Sequence[Cut]) -> bool:
     """Whether no cause acts along the axis on which the gap lies first.
 
-    Tails do not count: they are in few pixels, and most of what these change elsewhere is chance.
+    Tails do not count: they are in few pixels, and most of what these change elsewhere is chance. What makes neighbours
+    go together also changes how successive frames do.
     """
     first = {axis for cut in where[:1] for axis in cut.axis.split(" x ")}
+    kinds = {"tail", *(cut.what for cut in where[:1] if cut.what == "correlation")}
     causes = [effect_class(part.effect) for part in selection.model.parts]
-    return bool(causes and first) and not any(first & set(one.axes) or one.kinds[0] == "tail" for one in causes)
+    return bool(causes and first) and not any(first & set(one.axes) or one.kinds[0] in kinds for one in causes)
 
 
 def _refused(validator: Validator, selection: Selection, before: Score, first: str) -> Selection:

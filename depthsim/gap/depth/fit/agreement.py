@@ -196,7 +196,8 @@ def _others_with(validator: Validator, before: Effects, along: set[str]) -> list
 def _leaves_elsewhere(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, k: int) -> str | None:
     """Whether what is left of a kind of gap lies along an axis that is none of the effect's, as it was."""
     limit, whole = validator.evidence.config.agreement, float(left.whole[k])
-    if whole < limit.near_floor * gap.whole[k]:
+    near_floor = limit.uniform_tails if KINDS[k] == "tail" else limit.near_floor
+    if whole < near_floor * gap.whole[k]:
         return None
     axis = int(np.argmax(left.varies[k] / max(whole, 1e-12) - cost(validator)))
     varies = float(left.varies[k, axis])
