@@ -127,7 +127,7 @@ class StereoShadow(Effect):
         unit="px",
         about="least step of the disparity that makes an edge",
         source="assumed",
-        starts=(0.4,),
+        frozen=True,
     )
 
     def apply(self, frame: Frame) -> None:

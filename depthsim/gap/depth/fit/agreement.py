@@ -114,14 +114,19 @@ def disagreement(
         answers = acts[k] >= limit.acts * acts[ALL] or (primary and (learned or kind == "tail"))
         if k != ALL and not (kind in effect.kinds and answers and (primary or kind != "tail")):
             continue
-        seen = (less_others(gap, effect), less_others(left, effect)) if k == ALL else (gap, left)
-        if k == ALL and seen[0].whole[ALL] < limit.acts * gap.whole[ALL]:
-            continue
+        seen = gap, left
+        if k == ALL:
+            others = [
+                n for n in range(ALL) if KINDS[n] not in effect.kinds and gap.whole[n] >= limit.acts * gap.whole[ALL]
+            ]
+            seen = less_others(gap, others), less_others(left, others)
+            if seen[0].whole[ALL] < limit.acts * gap.whole[ALL]:
+                continue
         if why := _leaves(validator, effect, before, *seen, k, alone, flexible, closes_well):
             return why
         if primary and (why := _is_of(validator, effect, before, gap, k)):
             return why
-        if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, gap, left, k)):
+        if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, before, gap, left, k)):
             return why
         if not (alone and primary):
             continue
@@ -193,15 +198,18 @@ def _others_with(validator: Validator, before: Effects, along: set[str]) -> list
     return [cause for cause in named if along & set(cause.axes)]
 
 
-def _leaves_elsewhere(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, k: int) -> str | None:
-    """Whether what is left of a kind of gap lies along an axis that is none of the effect's, as it was."""
+def _leaves_elsewhere(
+    validator: Validator, effect: type[Effect], before: Effects, gap: Changes, left: Changes, k: int
+) -> str | None:
+    """Whether what is left of a kind of gap lies along an axis that is none of the effect's or of others', as it was."""
     limit, whole = validator.evidence.config.agreement, float(left.whole[k])
     near_floor = limit.uniform_tails if KINDS[k] == "tail" else limit.near_floor
     if whole < near_floor * gap.whole[k]:
         return None
     axis = int(np.argmax(left.varies[k] / max(whole, 1e-12) - cost(validator)))
     varies = float(left.varies[k, axis])
-    own = validator.evidence.axes[axis].names & set(effect.axes)
+    along = validator.evidence.axes[axis].names
+    own = along & set(effect.axes) or _others_with(validator, before, along)
     sure = varies > limit.sure * left.chance[k, axis]
     if own or not sure or varies < limit.mostly * whole or varies < limit.untouched * gap.varies[k, axis]:
         return None

@@ -66,13 +66,12 @@ def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[st
     return found
 
 
-def less_others(changes: Changes, effect: type[Effect]) -> Changes:
-    """The same, where what all errors change by is without the kinds that the effect does not make: one effect may make
-    the biases, and another the holes."""
-    others = [k for k, kind in enumerate(KINDS[:ALL]) if kind not in effect.kinds]
+def less_others(changes: Changes, others: Sequence[int]) -> Changes:
+    """The same, where what all errors change by is without some kinds: one effect may make the biases, and another the
+    holes."""
     rows = [x.copy() for x in (changes.mean, changes.varies)]
     for row in rows:
-        row[ALL] -= _BITS * np.maximum(row[others], 0).sum(axis=0)
+        row[ALL] -= _BITS * np.maximum(row[list(others)], 0).sum(axis=0)
     return replace(changes, mean=rows[0], varies=rows[1])
 
 
