@@ -154,7 +154,7 @@ class DepthAgreement(Section):
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
-    together: float = _value(0.3, "of what an effect does: with more going together, it is no independent error")
+    together: float = _value(0.2, "of what an effect does: with more going together, it is no independent error")
     idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
     known_by: float = _value(
         0.05,

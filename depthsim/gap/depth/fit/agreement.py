@@ -201,7 +201,7 @@ def _others_with(validator: Validator, before: Effects, along: set[str]) -> list
 def _leaves_elsewhere(
     validator: Validator, effect: type[Effect], before: Effects, gap: Changes, left: Changes, k: int
 ) -> str | None:
-    """Whether what is left of a kind of gap lies along an axis that is none of the effect's or the others', as it was."""
+    """Whether what is left of a kind of gap lies along an axis of no cause, as it was."""
     limit, whole = validator.evidence.config.agreement, float(left.whole[k])
     near_floor = limit.uniform_tails if KINDS[k] == "tail" else limit.near_floor
     if whole < near_floor * gap.whole[k]:
