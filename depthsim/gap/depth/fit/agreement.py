@@ -81,7 +81,7 @@ def _answers(asked: Asked, k: int) -> bool:
     """Whether a kind of gap is one that the effect makes, and makes much of."""
     kind, acts = KINDS[k], asked.does.whole
     primary = kind == asked.effect.kinds[0]
-    if kind == "tail":  # edges that lie elsewhere make tails, too
+    if "tail" in (kind, asked.effect.kinds[0]):  # edges that lie elsewhere make tails, and tails make some spread
         return primary
     much = bool(acts[k] >= asked.limit.acts * acts[ALL]) or (primary and asked.learned)
     return kind in asked.effect.kinds and much
