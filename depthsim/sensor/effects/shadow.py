@@ -127,7 +127,7 @@ class StereoShadow(Effect):
         unit="px",
         about="least step of the disparity that makes an edge",
         source="assumed",
-        frozen=True,
+        starts=(0.4,),
     )
 
     def apply(self, frame: Frame) -> None:

@@ -108,8 +108,9 @@ def leaves(asked: Asked, k: int) -> str | None:
     axes, whole = asked.validator.evidence.axes, max(float(gap.whole[k]), 1e-12)
     most = limit.left_by_flexible if asked.flexible else 1.0
     along = np.full(len(axes), (limit.left_by_flexible if asked.learned else most) * limit.left_along)
-    if asked.closes_well and not asked.flexible:  # the axis is the right one, if the shape along it is not
-        along[[effect.axes[:1] == (axis.name,) for axis in axes]] = limit.untouched
+    # The axis that it is known by is the right one, if the shape along it is not.
+    known_by = [effect.axes[:1] == (axis.name,) for axis in axes]
+    along[known_by] = limit.untouched if asked.closes_well and not asked.flexible else limit.left_along
     if asked.learned:  # along its own axes as much is removed as other frames say for sure is there
         along[[axis.name in effect.axes for axis in axes]] = limit.untouched
     sure, worth = worth_of(asked.validator, gap, k)
