@@ -79,12 +79,14 @@ def disagreement(
 
 def _answers(asked: Asked, k: int) -> bool:
     """Whether a kind of gap is one that the effect makes, and makes much of."""
-    kind, acts = KINDS[k], asked.does.whole
-    primary = kind == asked.effect.kinds[0]
-    if "tail" in (kind, asked.effect.kinds[0]):  # edges that lie elsewhere make tails, and tails make some spread
+    kind, effect, least = KINDS[k], asked.effect, asked.limit.acts
+    primary = kind == effect.kinds[0]
+    if kind == "tail":  # edges that lie elsewhere make tails, too
         return primary
-    much = bool(acts[k] >= asked.limit.acts * acts[ALL]) or (primary and asked.learned)
-    return kind in asked.effect.kinds and much
+    if effect.kinds[0] == "tail" and asked.gap.whole[k] < least * asked.gap.whole[ALL]:  # it has some spread
+        return False
+    much = bool(asked.does.whole[k] >= least * asked.does.whole[ALL])
+    return kind in effect.kinds and (much or (primary and asked.learned))
 
 
 def _of_kind(asked: Asked, k: int) -> str | None:

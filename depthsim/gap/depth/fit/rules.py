@@ -108,9 +108,11 @@ def leaves(asked: Asked, k: int) -> str | None:
     axes, whole = asked.validator.evidence.axes, max(float(gap.whole[k]), 1e-12)
     most = limit.left_by_flexible if asked.flexible else 1.0
     along = np.full(len(axes), (limit.left_by_flexible if asked.learned else most) * limit.left_along)
-    # The axis that it is known by is the right one, if the shape along it is not.
+    # The axis that it is known by is the right one, if the shape along it is not; of holes the more, as by two shapes
+    # both may lie where there were none.
+    well = np.inf if KINDS[k] == "missing" else limit.left_along if asked.flexible else limit.untouched
     known_by = [effect.axes[:1] == (axis.name,) for axis in axes]
-    along[known_by] = limit.untouched if asked.closes_well and not asked.flexible else limit.left_along
+    along[known_by] = well if asked.closes_well else limit.left_along
     if asked.learned:  # along its own axes as much is removed as other frames say for sure is there
         along[[axis.name in effect.axes for axis in axes]] = limit.untouched
     sure, worth = worth_of(asked.validator, gap, k)
