@@ -24,7 +24,7 @@ from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.pattern import learn_pattern
-from depthsim.gap.depth.fit.poses import register_frames
+from depthsim.gap.depth.fit.poses import LATE, register_frames
 from depthsim.gap.depth.fit.select import Selection, select
 from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.unseen import in_words, unseen
@@ -160,7 +160,8 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     if not is_cause and recorded is not validator:
         recorded, before = validator, validator.score(evidence.base)
     named = bool(selection.model.parts) or is_cause
-    remarks = (*(() if poses is None else (poses.note(is_cause),)), *_blind(evidence, without))
+    said = poses.note(is_cause) if poses else LATE if errors and errors.are_of_time else ""
+    remarks = (*((said,) if said else ()), *_blind(evidence, without))
     if not named and not before.stands_out(config.significance) and poses is not None:
         return _no_gap(recorded, profile, before, *remarks)
     if not named and before.above < config.significance.faint * before.floor:

@@ -119,6 +119,8 @@ def leaves(asked: Asked, k: int) -> str | None:
     first = int(np.argmax(worth))
     if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
         return None
+    if k == ALL and not asked.own[first] and asked.others(first):  # it is what they leave
+        return None
     uniform = whole * (limit.uniform_tails if KINDS[k] == "tail" else limit.uniform)
     if not sure[first] or gap.varies[k, first] <= uniform:
         share = float(left.whole[k]) / whole

@@ -163,8 +163,10 @@ def _grow(search: Search, chain: _Chain) -> None:
             break
         leaders = _leaders(search, chain)
         selected = _first_supported(search, chain, leaders)
-        if selected is None and trusted > 0 and leaders and _closes_enough(search, chain, leaders[0], leaders):
-            selected, trusted = leaders[0], trusted - 1
+        if selected is None and trusted > 0:
+            itself = next((trial for trial in leaders if not search.stands_for_another(trial.model)), None)
+            if itself and _closes_enough(search, chain, itself, leaders):
+                selected, trusted = itself, trusted - 1
         if selected is None:
             break
         chain.model, chain.gap = selected.model, selected.gap
