@@ -122,6 +122,9 @@ class DepthSelect(Section):
     )
     nearest: float = _value(0.1, "that an effect must close to be reported as near, though it is no cause")
     most_nearest: int = _count(3, "effects that are reported as near at most")
+    alike: float = _value(
+        0.1, "of the whole gap, that a further cause must close where another makes the same error along the same axis"
+    )
     flexible: int = _count(4, "parameters, with which an effect can take up much of what is another's")
     taken_up: float = _value(0.1, "of what it closes, by which a flexible further cause must be ahead of a plain one")
     tied: float = _value(0.01, "difference of what two close, below which they are ties, however sure it is")

@@ -212,11 +212,19 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
         most = max((gap - c.gap for c in others), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
+    if _is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
+        return False
     faint = search.config.significance.faint * chain.score.floor
     if closes_enough(gained, left, search.whole, faint, limit):
         return True
     apart = gained >= max(faint, limit.further_apart * left)
     return apart and all(_stays(search, gap, trial, other) for other in others)
+
+
+def _is_alike(effect: str, named: Sequence[str]) -> bool:
+    """Whether a cause makes the same kind of error along the same axis first: an effect may be for what it leaves."""
+    kinds = [(one.kinds[0], one.axes[:1]) for one in map(effect_class, (effect, *named))]
+    return bool(kinds[0][1]) and kinds[0] in kinds[1:]
 
 
 def _closable(search: Search, trial: Trial) -> float:
