@@ -122,6 +122,9 @@ class DepthSelect(Section):
     )
     nearest: float = _value(0.1, "that an effect must close to be reported as near, though it is no cause")
     most_nearest: int = _count(3, "effects that are reported as near at most")
+    alike: float = _value(
+        0.1, "of the whole gap, that a further cause must close where another makes the same error along the same axis"
+    )
     flexible: int = _count(4, "parameters, with which an effect can take up much of what is another's")
     taken_up: float = _value(0.1, "of what it closes, by which a flexible further cause must be ahead of a plain one")
     tied: float = _value(0.01, "difference of what two close, below which they are ties, however sure it is")
@@ -137,6 +140,7 @@ class DepthAgreement(Section):
     uniform: float = _value(
         0.1, "of what a gap has of a kind: with less changing along any axis, it is the same all over"
     )
+    uniform_tails: float = _value(0.25, "the same and `near_floor` of tails, which are counted in few pixels")
     all_along: float = _value(
         0.4, "of a gap: with so much changing along one axis, all kinds together, any cause must answer for that"
     )
@@ -144,20 +148,27 @@ class DepthAgreement(Section):
     left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
     well: float = _value(
         0.8,
-        "of a gap: a cause that closes so much may leave more along the axis that it is known by, up to `untouched`, "
-        "and causes that do need not act along the axis on which the gap lies first",
+        "of a gap: a cause that closes so much may leave more along the axis that it is known by, up to `untouched`",
+    )
+    nearly_all: float = _value(
+        0.95, "of a gap: causes that close so much need not act along the axis on which the gap lies first"
     )
     left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
-    together: float = _value(0.3, "of what an effect does: with more going together, it is no independent error")
+    together: float = _value(0.2, "of what an effect does: with more going together, it is no independent error")
     idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
     known_by: float = _value(
         0.05,
         "of what a bias or holes do: with less of it changing along the axis that they are known by, they are others",
     )
     steps: float = _value(0.1, "bits by which the phases of disparities must differ for their steps to be wrong")
+    brought: float = _value(
+        0.03,
+        "of what an effect does: more of its own along an axis, where the recording's errors change less, is no cause",
+    )
+    crossed: float = _value(0.02, "of a kind of gap: with less changing along two axes at once, they do not matter")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
 
 

@@ -1,22 +1,40 @@
 """Effects that come near a gap, and do not act where it lies."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
 
 from depthsim.gap import diagnose
+from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth.fit import rules
 from depthsim.gap.depth.fit.changes import KINDS, Changes, less_others
 from depthsim.gap.depth.fit.search import worth_a_look
+from depthsim.gap.depth.where.differences import tails
 from depthsim.presets import preset
 from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.sensor.effect import effect_class, effect_ids
+from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.effects.calibration import BaselineScale
 from depthsim.trajectory import load_trajectory
+
+if TYPE_CHECKING:
+    from depthsim.gap.depth.fit.validate import Validator
+
+
+AXES = [
+    SimpleNamespace(name=name, names=set(name.split(" x ")), kind=0, size=8, single=" x " not in name)
+    for name in ("range", "material", "range x material")
+]
+BIAS, TAIL, ALL = (KINDS.index(kind) for kind in ("bias", "tail", "all"))
 
 
 @pytest.fixture(scope="module")
@@ -43,17 +61,16 @@ def test_a_scale_that_is_wrong_all_the_time_is_no_drift(scaled: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("effect", "left"),
-    [("max_range", [0.0, 0.0, 0.02]), ("baseline_scale", [0.05, 0.01, 0.0]), ("ambient_light", [0.05, 0.01, 0.02])],
+    ("others", "left"), [(("bias", "spread"), 0.02), (("missing",), 0.06), ((), 0.08), (("spread", "missing"), 0.05)]
 )
-def test_holes_and_errors_of_what_has_depth_are_answered_for_apart(effect: str, left: list[float]) -> None:
+def test_kinds_of_errors_are_answered_for_apart(others: tuple[str, ...], left: float) -> None:
     """Squared differences of roots are 2 ln 2 for a bit, where they are small."""
-    kinds = np.array([0.05, 0.01, 0.02])
+    kinds = np.array([0.05, 0.01, 0.02, 0.0])
     varies = np.append(kinds, 2 * np.log(2) * kinds.sum())[:, None]
     none = np.zeros_like(varies)
-    seen = less_others(Changes(none, varies, none, np.zeros(1), 0.0), effect_class(effect))
-    assert seen.varies[KINDS.index("all"), 0] == pytest.approx(2 * np.log(2) * sum(left))
-    assert seen.varies[:3, 0] == pytest.approx(kinds)
+    seen = less_others(Changes(none, varies, none, np.zeros(1), 0.0), [KINDS.index(kind) for kind in others])
+    assert seen.varies[ALL, 0] == pytest.approx(2 * np.log(2) * left)
+    assert seen.varies[:ALL, 0] == pytest.approx(kinds)
 
 
 @given(st.lists(st.one_of(st.floats(0, 1e3), st.just(np.inf)), max_size=30), st.integers(1, 20))
@@ -63,3 +80,71 @@ def test_what_begins_with_nothing_takes_no_other_ones_place(gains: list[float], 
     assert looked == sorted(looked)
     assert sorted((gains[k] for k in looked if np.isfinite(gains[k])), reverse=True) == known[:most]
     assert sum(not np.isfinite(gains[k]) for k in looked) == gains.count(np.inf)
+
+
+def changes(k: int, mean: float, varies: list[float]) -> Changes:
+    """Of one kind, and of all errors as much as that makes."""
+    means, varied, none = np.zeros((3, len(KINDS), len(AXES)))
+    means[k], varied[k] = mean, varies
+    means[ALL], varied[ALL] = 2 * np.log(2) * means[k], 2 * np.log(2) * varied[k]
+    return Changes(means, varied, none, np.zeros(len(AXES)), 0.0)
+
+
+def asked(effect: str, gap: Changes, left: Changes, does: Changes, before: Sequence[Effect] = ()) -> rules.Asked:
+    """An effect that is asked when all others are there."""
+    evidence = SimpleNamespace(axes=AXES, base=(), config=DepthConfig())
+    validator = cast("Validator", SimpleNamespace(evidence=evidence))
+    return rules.Asked(validator, effect_class(effect), before, gap, left, does, True, False, True)
+
+
+@given(st.floats(0.01, 1), st.floats(0, 0.9))
+def test_a_bias_of_another_shape_is_brought_where_the_recording_has_none(bias: float, part: float) -> None:
+    gap = changes(BIAS, bias, [0, 0, 0])
+    right = asked("disparity_offset", gap, changes(BIAS, 0.0, [0, 0, 0]), gap)
+    assert rules.brings(right, BIAS) is None
+    does = changes(BIAS, bias, [bias * part, 0, bias * part])
+    wrong = asked("disparity_offset", gap, changes(BIAS, 0.0, [bias * part, 0, bias * part]), does)
+    said = rules.brings(wrong, BIAS)
+    assert (said is not None) == (part > DepthConfig().agreement.brought * (1 + part))
+    assert said is None or "along range" in said
+
+
+@given(st.floats(0.01, 1), st.floats(0, 1.2))
+def test_what_crossed_axes_leave_is_the_shape_that_is_wrong(bias: float, left: float) -> None:
+    gap = changes(BIAS, bias, [0.5 * bias, 0, 0.3 * bias])
+    one = asked("disparity_offset", gap, changes(BIAS, 0.0, [0, 0, left * 0.3 * bias]), gap)
+    assert (rules.leaves_crossed(one, BIAS) is not None) == (left > DepthConfig().agreement.left_along)
+    other = asked("lens_distortion", gap, changes(BIAS, 0.0, [0, 0, left * 0.3 * bias]), gap)
+    assert rules.leaves_crossed(other, BIAS) is None  # no axis of its own
+
+
+def test_tails_in_one_place_are_no_tails_everywhere() -> None:
+    left = changes(TAIL, 0.0, [0, 0.01, 0])
+    everywhere = asked("heavy_tails", changes(TAIL, 0.1, [0, 0.01, 0]), left, changes(TAIL, 0.1, [0, 0, 0]))
+    assert rules.leaves(everywhere, TAIL) is None
+    in_one = asked("heavy_tails", changes(TAIL, 0.02, [0, 0.08, 0]), changes(TAIL, 0.0, [0, 0.08, 0]), everywhere.does)
+    assert "along material" in str(rules.leaves(in_one, TAIL))
+
+
+def test_what_another_cause_leaves_along_its_axis_is_not_asked_of_the_next() -> None:
+    gap, left = changes(BIAS, 0.1, [0.02, 0.03, 0]), changes(BIAS, 0.0, [0, 0.03, 0])
+    alone = asked("disparity_offset", gap, left, changes(BIAS, 0.1, [0.02, 0, 0]))
+    assert "along material" in str(rules.leaves_elsewhere(alone, BIAS))
+    beside = asked("disparity_offset", gap, left, alone.does, before=(effect_class("material_noise")(),))
+    assert rules.leaves_elsewhere(beside, BIAS) is None
+
+
+@given(arrays(np.float64, (3, 35), elements=st.floats(0, 1e4)))
+def test_tails_are_shares_and_alike_of_what_is_alike(counts: NDArray[np.float64]) -> None:
+    counts = np.round(counts)
+    one, other = tails(counts, counts)
+    assert one == pytest.approx(other)
+    assert ((one >= 0) & (one <= 1)).all()
+
+
+def test_steps_that_the_recording_does_not_show_are_no_steps(scaled: Path) -> None:
+    bank = ("disparity_quantization", "disparity_offset")
+    found = diagnose(
+        scaled, sensor="paper", without=[name for name in effect_ids() if name not in bank], threads=1, tasks=False
+    )
+    assert not found.causes, found.causes

@@ -24,7 +24,7 @@ from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.pattern import learn_pattern
-from depthsim.gap.depth.fit.poses import register_frames
+from depthsim.gap.depth.fit.poses import LATE, register_frames
 from depthsim.gap.depth.fit.select import Selection, select
 from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.unseen import in_words, unseen
@@ -49,6 +49,7 @@ _FAINTLY = (
     "the recording differs from the simulator by more than chance, but by less than a tenth of what two runs of one "
     "sensor differ by, and no effect explains it"
 )
+_PLACES = {"image_position", "surface"}
 Say = Callable[[str], None]
 
 
@@ -159,7 +160,8 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     if not is_cause and recorded is not validator:
         recorded, before = validator, validator.score(evidence.base)
     named = bool(selection.model.parts) or is_cause
-    remarks = (*(() if poses is None else (poses.note(is_cause),)), *_blind(evidence, without))
+    said = poses.note(is_cause) if poses else LATE if errors and errors.are_of_time else ""
+    remarks = (*((said,) if said else ()), *_blind(evidence, without))
     if not named and not before.stands_out(config.significance) and poses is not None:
         return _no_gap(recorded, profile, before, *remarks)
     if not named and before.above < config.significance.faint * before.floor:
@@ -167,8 +169,9 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
 
     # How far do they close it?
     after, gap = _how_far(recorded, validator, selection, before)
-    if not is_cause and gap.closed_fraction < config.agreement.well and _acts_elsewhere(selection, where):
-        selection, named = _refused(validator, selection, before, where[0].axis), False
+    first, poor = _first(where), not is_cause and gap.closed_fraction < config.agreement.nearly_all
+    if first and poor and _acts_elsewhere(selection, first):
+        selection, named = _refused(validator, selection, before, first.axis), False
         after, gap = before, _gap(before, before, 0.0, 0.0)
 
     # Where is the rest?
@@ -245,14 +248,21 @@ def _seen_again(validator: Validator, selecting: Validator, selection: Selection
     return replace(selection, model=kept, nearest=tuple(near))
 
 
-def _acts_elsewhere(selection: Selection, where: Sequence[Cut]) -> bool:
+def _acts_elsewhere(selection: Selection, first: Cut) -> bool:
     """Whether no cause acts along the axis on which the gap lies first.
 
-    Tails do not count: they are in few pixels, and most of what these change elsewhere is chance.
+    Tails do not count: they are in few pixels, and most of what these change elsewhere is chance. What makes neighbours
+    go together also changes how successive frames do.
     """
-    first = {axis for cut in where[:1] for axis in cut.axis.split(" x ")}
     causes = [effect_class(part.effect) for part in selection.model.parts]
-    return bool(causes and first) and not any(first & set(one.axes) or one.kinds[0] == "tail" for one in causes)
+    along, kinds = set(first.axis.split(" x ")), {"tail", first.what} & {"tail", "correlation"}
+    return bool(causes) and not any(along & set(one.axes) or one.kinds[0] in kinds for one in causes)
+
+
+def _first(where: Sequence[Cut]) -> Cut | None:
+    """Where the gap lies first, but for places: where the camera hardly moves, whatever is in a scene has one."""
+    anywhere = (cut for cut in where if not _PLACES & set(cut.axis.split(" x ")))
+    return next(anywhere, where[0] if where else None)
 
 
 def _refused(validator: Validator, selection: Selection, before: Score, first: str) -> Selection:

@@ -25,9 +25,9 @@ def _softness(start: float) -> float:
     softness: float = parameter(
         0.0,
         low=0,
-        high=2,
+        high=0.3,
         unit="m",
-        about="scale of a logistic limit, drawn for each pixel; 0: a sharp one",
+        about="scale of a logistic limit, drawn for each pixel; 0: a sharp one. What is wider is range_dropout",
         source="none: the data sheet has a sharp one",
         starts=(start,),
         scale="log",

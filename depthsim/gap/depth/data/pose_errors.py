@@ -9,6 +9,8 @@ from depthsim.sensor.effects.pose_noise import PoseNoise
 
 _SURE = 3.3
 """Standard errors: 1 in 1000."""
+_ALONG = 0.5
+"""Of the motions' squares: with more along the camera's own velocity, it is the times that are wrong."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,8 @@ class PoseErrors:
     say is so much after the stamps; left in, too. Where they are no more than random errors leave on average they are
     taken for that, and removed. constant_error, late_error: their standard errors, large where the
     recording does not tell them apart from each other or from the camera's own errors. removed: of what rigid motions
-    explain on one half of the pixels, the share that those found on the other half remove.
+    explain on one half of the pixels, the share that those found on the other half remove. along_motion: the share of
+    the random motions' squares that lies along each frame's own velocity; of random ones that is about a sixth.
     """
 
     deviation: Floats
@@ -40,6 +43,12 @@ class PoseErrors:
     late: float
     late_error: float
     removed: float
+    along_motion: float = 0.0
+
+    @property
+    def are_of_time(self) -> bool:
+        """Whether they are late or early rather than off: stamps that wander, or frames that are repeated."""
+        return self.along_motion > _ALONG
 
     @property
     def is_none(self) -> bool:

@@ -108,7 +108,7 @@ class _Work(MixedModel):
             if self.variance.any():
                 self._refine()
         covariance = self._posterior()
-        errors = self._errors(alike)
+        errors = replace(self._errors(alike), along_motion=self._along_motion())
         return Registration(np.array(self.frames, np.int64), self.stamps, self.random, covariance, errors)
 
     def _tell_apart(self) -> None:
@@ -132,6 +132,16 @@ class _Work(MixedModel):
         if late**2 > _ONE**2 * self._lasting() / information:
             held[6] = False
             self._again(np.where(held, _NOTHING, free))
+
+    def _along_motion(self) -> float:
+        """See :class:`PoseErrors`. Turns and shifts are weighted by how large they are."""
+        recorded = Motion.along(self.run.trajectory, self.run.truth)
+        twist = np.array([_twist(recorded, stamp) for stamp in self.stamps])
+        size = np.repeat((self.random**2).reshape(-1, 2, 3).mean(axis=(0, 2)), 3)
+        moved = np.where(self.random.any(axis=0), 1 / np.maximum(size, 1e-24), 0)  # a direction that is not shown is 0
+        along = (self.random * moved * twist).sum(axis=1) ** 2 / np.maximum((moved * twist**2).sum(axis=1), 1e-24)
+        whole = float((moved * self.random**2).sum())
+        return float(along.sum() / whole) if whole > 0 else 0.0
 
     def _again(self, priors: Floats) -> None:
         self.priors = priors

@@ -2,32 +2,18 @@
 
 An effect that only comes near closes much of a gap, as most of a gap is the same everywhere. What it cannot do is make
 the errors change along the axis along which the recording's do, where that is no axis of its own. So the gap is taken
-apart into bias, spread and holes, and for each of these that the effect changes, the axis is looked for along which the
-gap changes most. An effect by another formula than the recording's leaves a part of that; one that acts elsewhere
-leaves nearly all.
+apart into bias, spread, holes and tails, and for each of these that the effect changes, the axis is looked for along
+which the gap changes most. An effect by another formula than the recording's leaves a part of that; one that acts
+elsewhere leaves nearly all.
 """
 
 import numpy as np
 
-from depthsim.gap.depth.data import histograms
-from depthsim.gap.depth.fit.changes import (
-    ALL,
-    KINDS,
-    Changes,
-    Effects,
-    against,
-    cost,
-    done_by,
-    first_axis,
-    less_others,
-    phases_apart,
-    worth_of,
-)
+from depthsim.gap.depth.fit import rules
+from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, against, done_by, first_axis, less_others, phases_apart
+from depthsim.gap.depth.fit.rules import Asked
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
-from depthsim.sensor.parameter import learned_of
-
-_WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "all": "errors"}
 
 
 def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Effects]) -> bool:
@@ -73,148 +59,55 @@ def disagreement(
     """
     if makes_steps(validator, effect, before, after):  # which nothing else does
         return None
-    if _is_idle(validator, effect, before, after):
-        return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
+    if why := rules.is_idle(validator, effect, before, after) or rules.unseen_step(validator, effect, before, after):
+        return why
     is_first = tuple(before) == validator.evidence.base
     if is_first and not validator.score(after).stands_out(validator.config):  # nothing is left that could disagree
         return None
     gap, left = validator.once(against, before), validator.once(against, after)
     does = validator.once(done_by, before, after)
-    if effect.kinds[0] == "correlation":
-        return _of_pairs(validator, effect, gap, left)
-    limit, acts, learned = validator.evidence.config.agreement, does.whole, bool(learned_of(effect))
     was, least = validator.quick(before), validator.score(before).floor
-    closes_well = was - validator.quick(after) >= limit.well * (was - least)
-    for k, kind in enumerate(KINDS):
-        if k == ALL and learned:  # as much as other frames say for sure is there, and no more
-            continue
-        answers = acts[k] >= limit.acts * acts[ALL] or (learned and kind == effect.kinds[0])
-        if k != ALL and not (kind in effect.kinds and answers):
-            continue
-        seen = gap, left
-        if k == ALL:
-            seen = less_others(gap, effect), less_others(left, effect)
-        if why := _leaves(validator, effect, *seen, k, alone, flexible, closes_well):
+    well = was - validator.quick(after) >= validator.evidence.config.agreement.well * (was - least)
+    asked = Asked(validator, effect, before, gap, left, does, alone, flexible, well)
+    if effect.kinds[0] == "correlation":
+        return rules.of_pairs(asked)
+    for k in range(ALL):
+        if _answers(asked, k) and (why := _of_kind(asked, k)):
             return why
-        if kind == effect.kinds[0] and (why := _is_of(validator, effect, before, gap, k)):
-            return why
-        if alone and k != ALL and (why := _leaves_elsewhere(validator, effect, gap, left, k)):
-            return why
-    if why := _not_itself(validator, effect, gap, left, does):
-        return why
-    if alone and left.together > limit.together * acts[ALL]:
-        return "adds errors that are independent, where those of the recording go together"
-    return None
+    return _of_all(asked) or rules.not_itself(asked) or rules.goes_together(asked)
 
 
-def _leaves(
-    validator: Validator,
-    effect: type[Effect],
-    gap: Changes,
-    left: Changes,
-    k: int,
-    alone: bool,
-    flexible: bool,
-    closes_well: bool,
-) -> str | None:
-    """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
-    limit, whole = validator.evidence.config.agreement, max(float(gap.whole[k]), 1e-12)
-    most = limit.left_by_flexible if flexible else 1.0
-    learned = bool(learned_of(effect))
-    along = np.full(len(gap.varies[k]), (limit.left_by_flexible if learned else most) * limit.left_along)
-    if closes_well and not flexible:  # the axis is the right one, if the shape along it is not
-        along[[effect.axes[:1] == (axis.name,) for axis in validator.evidence.axes]] = limit.untouched
-    if learned:  # along its own axes as much is removed as other frames say for sure is there
-        along[[axis.name in effect.axes for axis in validator.evidence.axes]] = limit.untouched
-    sure, worth = worth_of(validator, gap, k)
-    first = int(np.argmax(worth))
-    if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
-        return None
-    if not sure[first] or gap.varies[k, first] <= limit.uniform * whole:
-        share = float(left.whole[k]) / whole
-        return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > most * limit.left_of_uniform else None
-    strong = worth >= limit.strong * worth[first] if alone else np.arange(len(worth)) == first
-    for axis in np.flatnonzero(strong & sure & (gap.varies[k] > limit.uniform * whole)):
-        share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
-        if share > (along[axis] if axis == first else limit.untouched):
-            return f"leaves {share:.0%} of how {_WORDS[KINDS[k]]} change along {_name(validator, int(axis))}"
-    return None
-
-
-def _is_of(validator: Validator, effect: type[Effect], before: Effects, gap: Changes, k: int) -> str | None:
-    """Whether a kind of gap changes first along an axis of another cause of that kind, and none of the effect's.
-
-    Then it is what that cause's own formula leaves, which many another effect takes up. A learned pattern has none.
-    """
-    first = first_axis(validator, gap, k)
-    if first is None or gap.varies[k, first] <= validator.evidence.config.agreement.uniform * gap.whole[k]:
-        return None
-    along = validator.evidence.axes[first].names
-    for cause in before:
-        named = cause not in validator.evidence.base and not learned_of(type(cause))
-        if named and KINDS[k] in cause.kinds and along & set(cause.axes) and not along & set(effect.axes):
-            return f"is for what {cause.id} leaves along {_name(validator, first)}"
-    return None
-
-
-def _leaves_elsewhere(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, k: int) -> str | None:
-    """Whether what is left of a kind of gap lies along an axis that is none of the effect's, as it was."""
-    limit, whole = validator.evidence.config.agreement, float(left.whole[k])
-    if whole < limit.near_floor * gap.whole[k]:
-        return None
-    axis = int(np.argmax(left.varies[k] / max(whole, 1e-12) - cost(validator)))
-    varies = float(left.varies[k, axis])
-    own = validator.evidence.axes[axis].names & set(effect.axes)
-    sure = varies > limit.sure * left.chance[k, axis]
-    if own or not sure or varies < limit.mostly * whole or varies < limit.untouched * gap.varies[k, axis]:
-        return None
-    return f"leaves all of how {_WORDS[KINDS[k]]} change along {_name(validator, axis)}"
-
-
-def _of_pairs(validator: Validator, effect: type[Effect], gap: Changes, left: Changes) -> str | None:
-    """Whether an effect that makes errors go together leaves too much of how they do."""
-    axes = validator.evidence.axes
-    own = [n for n, axis in enumerate(axes) if axis.name in effect.axes and axis.kind != histograms.ERROR]
-    before, after = float(gap.pairs[own].sum()), float(left.pairs[own].sum())
-    if after <= validator.evidence.config.agreement.left_along * before:
-        return None
-    return f"leaves {after / max(before, 1e-12):.0%} of how errors go together"
-
-
-def _not_itself(validator: Validator, effect: type[Effect], gap: Changes, left: Changes, does: Changes) -> str | None:
-    """Whether an effect, as it is fitted, brings along its first axis what the recording has not.
-
-    Such as a drift of the scale that is fitted to a scale that is wrong all the time.
-    """
-    axes, limit = validator.evidence.axes, validator.evidence.config.agreement
-    if not effect.axes or effect.axes[0] == "range":  # the spread, in which errors are measured, goes with the range
-        return None
-    own = [n for n, axis in enumerate(axes) if axis.name == effect.axes[0] and axis.kind == histograms.ERROR]
-    for k, kind in enumerate(KINDS[:ALL]):
-        if not own or kind not in effect.kinds or does.whole[k] < limit.acts * does.whole[ALL]:
-            continue
-        least = limit.idle * float(does.whole[k])
-        axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
-        more = left.varies[k, axis] - gap.varies[k, axis] - limit.sure * left.chance[k, axis]
-        if more > least:
-            return f"makes {_WORDS[kind]} change along {effect.axes[0].replace('_', ' ')}, where the recording's do not"
-    return None
-
-
-def _is_idle(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
-    """Whether an effect that the sensor has not, as it is fitted, changes nothing along the axis it is known by.
-
-    Such as a drift over time that has come to its end with the first frame: any bias along range does as well.
-    """
-    if not effect.axes or effect.axes[0] == "range" or effect.kinds[0] not in ("bias", "missing"):
-        return False  # noise is much the same all over where a camera moves evenly, or sees what is alike
-    if any(effect.id == there.id for there in validator.evidence.base):
+def _answers(asked: Asked, k: int) -> bool:
+    """Whether a kind of gap is one that the effect makes, and makes much of."""
+    kind, effect, least = KINDS[k], asked.effect, asked.limit.acts
+    primary = kind == effect.kinds[0]
+    if kind == "tail":  # edges that lie elsewhere make tails, too
+        return primary
+    if effect.kinds[0] == "tail" and asked.gap.whole[k] < least * asked.gap.whole[ALL]:  # it has some spread
         return False
-    does = validator.once(done_by, before, after)
-    own = [n for n, axis in enumerate(validator.evidence.axes) if axis.name == effect.axes[0]]
-    least = validator.evidence.config.agreement.known_by * float(does.whole[ALL])
-    return bool(own) and float(does.varies[ALL, own].max()) < least
+    much = bool(asked.does.whole[k] >= least * asked.does.whole[ALL])
+    return kind in effect.kinds and (much or (primary and asked.learned))
 
 
-def _name(validator: Validator, axis: int) -> str:
-    return validator.evidence.axes[axis].name.replace("_", " ")
+def _of_kind(asked: Asked, k: int) -> str | None:
+    """Why the effect is none for one kind of gap."""
+    primary = KINDS[k] == asked.effect.kinds[0]
+    why = rules.leaves(asked, k) or (rules.is_of(asked, k) if primary else None)
+    if why is None and asked.alone:
+        why = rules.leaves_elsewhere(asked, k)
+        if why is None and primary:
+            why = rules.leaves_crossed(asked, k) or rules.brings(asked, k)
+    return why
+
+
+def _of_all(asked: Asked) -> str | None:
+    """Why the effect is none for the whole of the gap, but for kinds that are others' to make.
+
+    What is learned takes off as much as other frames say for sure is there; holes and tails are counted apart.
+    """
+    kinds, whole, least = asked.effect.kinds, asked.gap.whole, asked.limit.acts * asked.gap.whole[ALL]
+    if asked.learned or kinds[0] in ("missing", "tail"):
+        return None
+    others = [k for k in range(ALL) if KINDS[k] not in kinds and whole[k] >= least]
+    rest = asked.of(less_others(asked.gap, others), less_others(asked.left, others))
+    return rules.leaves(rest, ALL) if rest.gap.whole[ALL] >= least else None

@@ -1,4 +1,4 @@
-"""How two sensors differ, kind by kind: in bias, spread and holes, along every axis, free of chance."""
+"""How two sensors differ, kind by kind: in bias, spread, holes and tails, along every axis, free of chance."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,14 +11,14 @@ from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.divergence import Counted
 from depthsim.gap.depth.data.evidence import Counts
 from depthsim.gap.depth.fit.validate import Validator
-from depthsim.gap.depth.where.differences import moments
+from depthsim.gap.depth.where.differences import moments, tails
 from depthsim.gap.depth.where.localize import PAIRS, axis_cost, beyond_each
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
 Effects = Sequence[Effect]
-KINDS = ("bias", "spread", "missing", "all")
-ALL = 3
+KINDS = ("bias", "spread", "missing", "tail", "all")
+ALL = 4
 _BITS = 2 * np.log(2)
 """Squared differences of the roots of shares, where they are small, for a bit of divergence."""
 
@@ -27,8 +27,8 @@ _BITS = 2 * np.log(2)
 class Changes:
     """How two sensors differ, kind by kind [bits per pixel], over chance.
 
-    mean: (4, axes) in the mean over an axis' pixels; varies: (4, axes) in what changes from cell to cell; of bias, of
-    spread, of holes, and of the whole distribution. Zero for axes that count no errors. chance: (4, axes) the same as
+    mean: (5, axes) in the mean over an axis' pixels; varies: (5, axes) in what changes from cell to cell; of each of
+    KINDS, the last being the whole distribution. Zero for axes that count no errors. chance: (5, axes) the same as
     varies of two runs of one sensor. pairs: (axes,) how neighbours and successive frames differ, zero for the others;
     together: the same beyond what each error alone has.
     """
@@ -41,7 +41,7 @@ class Changes:
 
     @property
     def whole(self) -> Floats:
-        """(4,) all of it, by the axis that shows most."""
+        """(5,) all of it, by the axis that shows most."""
         return np.asarray(np.maximum(self.mean + self.varies, 0).max(axis=1))
 
 
@@ -66,16 +66,12 @@ def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[st
     return found
 
 
-def less_others(changes: Changes, effect: type[Effect]) -> Changes:
-    """The same, where what all errors change by is without the holes, or without all but them, if they are not the
-    effect's: pixels without depth have no error, and one effect may make the errors and another the holes."""
-    holes = KINDS.index("missing")
-    others = [k for k in range(ALL) if k != holes] if effect.kinds == ("missing",) else [holes]
-    if "missing" in effect.kinds and effect.kinds != ("missing",):
-        return changes
+def less_others(changes: Changes, others: Sequence[int]) -> Changes:
+    """The same, where what all errors change by is without some kinds: one effect may make the biases, and another the
+    holes."""
     rows = [x.copy() for x in (changes.mean, changes.varies)]
     for row in rows:
-        row[ALL] -= _BITS * np.maximum(row[others], 0).sum(axis=0)
+        row[ALL] -= _BITS * np.maximum(row[list(others)], 0).sum(axis=0)
     return replace(changes, mean=rows[0], varies=rows[1])
 
 
@@ -138,7 +134,7 @@ def _changes(validator: Validator, one: Counts, others: Sequence[Counts]) -> Cha
 
 
 def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: Counted) -> tuple[Floats, Floats]:
-    """(4,) squared mean difference of each kind, and what changes from cell to cell, along one axis.
+    """(5,) squared mean difference of each kind, and what changes from cell to cell, along one axis.
 
     Two halves of the frames have the same true difference and chances of their own, so the product of the two has no
     part of chance in it, however errors of a frame go together. Axes whose cells the halves do not share, such as time,
@@ -170,7 +166,7 @@ def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: 
 
 
 def _squares(x: Floats, y: Floats, weight: Floats) -> tuple[Floats, Floats]:
-    """(4,) the product of the means of two (3 + bins, cells), and the mean product of what is beside them."""
+    """(5,) the product of the means of two (4 + bins, cells), and the mean product of what is beside them."""
     mean_x, mean_y = x @ weight, y @ weight
     means = mean_x * mean_y
     varies = ((x - mean_x[:, None]) * (y - mean_y[:, None])) @ weight
@@ -178,13 +174,14 @@ def _squares(x: Floats, y: Floats, weight: Floats) -> tuple[Floats, Floats]:
 
 
 def _scaled(a: Floats, b: Floats) -> Floats:
-    """(3 + bins, cells) how histograms (cells, bins) differ: in bias, spread and holes, such that the square is the
-    divergence in bits where it is small, and in the roots of all shares."""
+    """(4 + bins, cells) how histograms (cells, bins) differ: in bias, spread, holes and tails, such that the square is
+    the divergence in bits where it is small, and in the roots of all shares."""
     one, other = moments(a), moments(b)
     bias = (one.middle - other.middle) / np.sqrt(one.spread**2 + other.spread**2)
     spread = np.log(one.spread / other.spread)
-    holes = 2 * (np.arcsin(np.sqrt(one.holes)) - np.arcsin(np.sqrt(other.holes)))
-    kinds = np.stack([bias, spread, holes / np.sqrt(2)]) / np.sqrt(4 * np.log(2))
+    shares = [(one.holes, other.holes), tails(a, b)]
+    apart = [2 * (np.arcsin(np.sqrt(x)) - np.arcsin(np.sqrt(y))) / np.sqrt(2) for x, y in shares]
+    kinds = np.stack([bias, spread, *apart]) / np.sqrt(4 * np.log(2))
     roots = [np.sqrt(x / x.sum(axis=1, keepdims=True)) for x in (a, b)]
     return np.concatenate([kinds, (roots[0] - roots[1]).T])
 

@@ -13,6 +13,10 @@ from depthsim.gap.depth.data.registration import register
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.effects.pose_noise import PoseNoise
 
+LATE = (
+    "what the poses are off by lies along the camera's own motion, so it is their times that differ: stamps that are "
+    "late or early, or frames that were repeated or lost"
+)
 _SURE = 3.0
 """Standard errors that the poses' errors must be off from those that the simulator has."""
 
@@ -51,16 +55,17 @@ class Poses:
 def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
     """What the poses are off by, and the frames of ``given`` where they fit the scene.
 
-    None in place of these where the poses are right from frame to frame, or nobody knows.
+    None in place of these where the poses are right from frame to frame, or nobody knows, or their times are wrong.
     """
     held = next((effect for effect in given.base if isinstance(effect, PoseNoise)), None)
     frames = [int(i) for block in given.blocks for i in block]
     found = register(given.run, given.caster, frames, given.threads)
-    if found.errors.is_unknown or (found.errors.is_none and (held is None or held.is_neutral)):
-        return found.errors, None
+    errors = found.errors
+    if errors.is_unknown or errors.are_of_time or (errors.is_none and (held is None or held.is_neutral)):
+        return errors, None
     run, base = found.applied(given.run), without_errors(given.base)
     registered = Evidence(run, given.scene, given.materials, base, given.threads, given, given.config)
-    return found.errors, Poses(found.errors, held, registered)
+    return errors, Poses(errors, held, registered)
 
 
 def without_errors(effects: Sequence[Effect]) -> tuple[Effect, ...]:

@@ -10,6 +10,7 @@ from depthsim.gap.depth.fit.agreement import disagreement, makes_steps
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
+from depthsim.gap.depth.fit.rules import is_idle
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.selection import plainest
 from depthsim.sensor.effect import Effect, effect_class
@@ -64,9 +65,15 @@ class Search:
 
     def makes_steps(self, model: Model) -> bool:
         """Whether the newest part of a model puts the disparities on the recording's steps."""
+        return makes_steps(self.validator, *self._newest(model))
+
+    def stands_for_another(self, model: Model) -> bool:
+        """Whether the newest part of a model, as it is fitted, is not itself: its place is another one's."""
+        return is_idle(self.validator, *self._newest(model)) is not None
+
+    def _newest(self, model: Model) -> tuple[type[Effect], Sequence[Effect], Sequence[Effect]]:
         before = model.less(len(model.parts) - 1).build(self.base)
-        kind = effect_class(model.parts[-1].effect)
-        return makes_steps(self.validator, kind, before, model.build(self.base))
+        return effect_class(model.parts[-1].effect), before, model.build(self.base)
 
     def step(
         self, so_far: Model | None, earlier: Sequence[Trial] = (), is_out: Callable[[str], bool] = lambda _: False

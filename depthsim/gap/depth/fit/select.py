@@ -163,8 +163,10 @@ def _grow(search: Search, chain: _Chain) -> None:
             break
         leaders = _leaders(search, chain)
         selected = _first_supported(search, chain, leaders)
-        if selected is None and trusted > 0 and leaders and _closes_enough(search, chain, leaders[0], leaders):
-            selected, trusted = leaders[0], trusted - 1
+        if selected is None and trusted > 0:
+            itself = next((trial for trial in leaders if not search.stands_for_another(trial.model)), None)
+            if itself and _closes_enough(search, chain, itself, leaders):
+                selected, trusted = itself, trusted - 1
         if selected is None:
             break
         chain.model, chain.gap = selected.model, selected.gap
@@ -210,11 +212,19 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
         most = max((gap - c.gap for c in others), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
+    if _is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
+        return False
     faint = search.config.significance.faint * chain.score.floor
     if closes_enough(gained, left, search.whole, faint, limit):
         return True
     apart = gained >= max(faint, limit.further_apart * left)
     return apart and all(_stays(search, gap, trial, other) for other in others)
+
+
+def _is_alike(effect: str, named: Sequence[str]) -> bool:
+    """Whether a cause makes the same kind of error along the same axis first: an effect may be for what it leaves."""
+    kinds = [(one.kinds[0], one.axes[:1]) for one in map(effect_class, (effect, *named))]
+    return bool(kinds[0][1]) and kinds[0] in kinds[1:]
 
 
 def _closable(search: Search, trial: Trial) -> float:

@@ -100,6 +100,18 @@ def moments(counts: NDArray[np.floating]) -> Moments:
     return Moments(middle, spread, holes)
 
 
+def tails(a: NDArray[np.floating], b: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(cells,) of two sets of histograms of errors (cells, bins), the shares that are far from each one's median."""
+    both = moments(a), moments(b)
+    far = TAIL * np.maximum(both[0].spread, both[1].spread)
+    found = []
+    for counts, own in zip((a, b), both, strict=True):
+        seen = counts[:, :ERROR_HOLE]
+        beyond = np.abs(_CENTRES - own.middle[:, None]) > far[:, None]
+        found.append((seen * beyond).sum(axis=1) / np.maximum(seen.sum(axis=1), 1))
+    return found[0], found[1]
+
+
 def _core(shares: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(cells,) median and spread from shares by bin (cells, bins), interpolated; 0 and 1 of none."""
     sums = np.cumsum(shares, axis=1)

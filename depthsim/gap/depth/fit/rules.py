@@ -1,0 +1,230 @@
+"""What an effect must not do to be the cause of a gap: each rule gives the reason in words, or None."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.draws import Seed
+from depthsim.gap.config import DepthAgreement
+from depthsim.gap.depth.data import histograms
+from depthsim.gap.depth.data.quantization import find_steps
+from depthsim.gap.depth.fit.changes import ALL, KINDS, Changes, Effects, cost, done_by, first_axis, worth_of
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.sensor.effect import Effect
+from depthsim.sensor.parameter import learned_of
+
+_WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "tail": "tails", "all": "errors"}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """An effect that may be a cause. before: the others; gap, left: without and with it; does: what it changes.
+
+    alone, flexible: see :func:`agreement.disagreement`. closes_well: whether it closes most of the gap.
+    """
+
+    validator: Validator
+    effect: type[Effect]
+    before: Effects
+    gap: Changes
+    left: Changes
+    does: Changes
+    alone: bool
+    flexible: bool
+    closes_well: bool
+
+    def of(self, gap: Changes, left: Changes) -> "Asked":
+        """The same, asked for a part of the gap."""
+        return replace(self, gap=gap, left=left)
+
+    @property
+    def limit(self) -> DepthAgreement:
+        """The thresholds."""
+        return self.validator.evidence.config.agreement
+
+    @property
+    def learned(self) -> bool:
+        """Whether it is a pattern that is learned from the recording."""
+        return bool(learned_of(self.effect))
+
+    @property
+    def own(self) -> NDArray[np.bool_]:
+        """(axes,) whether it acts along an axis, or one of the two that are crossed."""
+        return np.array([bool(axis.names & set(self.effect.axes)) for axis in self.validator.evidence.axes])
+
+    def others(self, axis: int) -> list[Effect]:
+        """The causes named so far that act along an axis. What a learned pattern leaves is due to no formula."""
+        base, along = self.validator.evidence.base, self.validator.evidence.axes[axis].names
+        named = (cause for cause in self.before if cause not in base and not learned_of(type(cause)))
+        return [cause for cause in named if along & set(cause.axes)]
+
+    def change_along(self, k: int, axis: int) -> str:
+        """What changes along which axis, in words."""
+        return f"{_WORDS[KINDS[k]]} change along {self.validator.evidence.axes[axis].name.replace('_', ' ')}"
+
+
+def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether an effect that the sensor has not, as it is fitted, changes nothing along the axis it is known by.
+
+    Such as a drift over time that has come to its end with the first frame: any bias along range does as well.
+    """
+    if not effect.axes or effect.axes[0] == "range" or effect.kinds[0] not in ("bias", "missing"):
+        return None  # noise is much the same all over where a camera moves evenly, or sees what is alike
+    if any(effect.id == there.id for there in validator.evidence.base):
+        return None
+    does = validator.once(done_by, before, after)
+    own = [n for n, axis in enumerate(validator.evidence.axes) if axis.name == effect.axes[0]]
+    least = validator.evidence.config.agreement.known_by * float(does.whole[ALL])
+    if not own or float(does.varies[ALL, own].max()) >= least:
+        return None
+    return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
+
+
+def unseen_step(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether an effect puts the disparities on steps, where those of the recording lie on none."""
+    if effect.axes[:1] != ("disparity_phase",) or validator.evidence.cuts.own_steps is not None:
+        return None
+    step = validator.once(_step, after)
+    if step is None or validator.once(_step, before) is not None:
+        return None
+    return f"makes steps of {step:.3g} px, and the recording has none"
+
+
+def _step(validator: Validator, effects: Effects) -> float | None:
+    """The step of the disparities that a sensor shows [px]."""
+    evidence, blocks = validator.evidence, validator.blocks[:: max(1, len(validator.blocks) // 4)]
+    shown = (
+        (evidence.pictures(effects, b, Seed("steps"))[0], evidence.frames[int(evidence.blocks[b][0])].geometry.depth)
+        for b in blocks
+    )
+    found = find_steps(evidence.camera, shown, evidence.config.data)
+    return found[0] if found else None
+
+
+def leaves(asked: Asked, k: int) -> str | None:
+    """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
+    limit, gap, left, effect = asked.limit, asked.gap, asked.left, asked.effect
+    axes, whole = asked.validator.evidence.axes, max(float(gap.whole[k]), 1e-12)
+    most = limit.left_by_flexible if asked.flexible else 1.0
+    along = np.full(len(axes), (limit.left_by_flexible if asked.learned else most) * limit.left_along)
+    # The axis that it is known by is the right one, if the shape along it is not; of holes the more, as by two shapes
+    # both may lie where there were none.
+    well = np.inf if KINDS[k] == "missing" else limit.left_along if asked.flexible else limit.untouched
+    known_by = [effect.axes[:1] == (axis.name,) for axis in axes]
+    along[known_by] = well if asked.closes_well else limit.left_along
+    if asked.learned:  # along its own axes as much is removed as other frames say for sure is there
+        along[[axis.name in effect.axes for axis in axes]] = limit.untouched
+    sure, worth = worth_of(asked.validator, gap, k)
+    first = int(np.argmax(worth))
+    if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
+        return None
+    if k == ALL and not asked.own[first] and asked.others(first):  # it is what they leave
+        return None
+    uniform = whole * (limit.uniform_tails if KINDS[k] == "tail" else limit.uniform)
+    if not sure[first] or gap.varies[k, first] <= uniform:
+        share = float(left.whole[k]) / whole
+        return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > most * limit.left_of_uniform else None
+    strong = worth >= limit.strong * worth[first] if asked.alone else np.arange(len(worth)) == first
+    for axis in map(int, np.flatnonzero(strong & sure & (gap.varies[k] > uniform))):
+        if axis != first and asked.others(axis):
+            continue
+        share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
+        if share > (along[axis] if axis == first else limit.untouched):
+            return f"leaves {share:.0%} of how {asked.change_along(k, axis)}"
+    return None
+
+
+def is_of(asked: Asked, k: int) -> str | None:
+    """Whether a kind of gap changes first along an axis of another cause of that kind, and none of the effect's.
+
+    Then it is what that cause's own formula leaves, which many another effect takes up.
+    """
+    first, gap = first_axis(asked.validator, asked.gap, k), asked.gap
+    if first is None or asked.own[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
+        return None
+    for cause in asked.others(first):
+        if KINDS[k] in cause.kinds:
+            name = asked.validator.evidence.axes[first].name
+            return f"is for what {cause.id} leaves along {name.replace('_', ' ')}"
+    return None
+
+
+def leaves_elsewhere(asked: Asked, k: int) -> str | None:
+    """Whether what is left of a kind of gap lies along an axis of no cause, as it was."""
+    limit, left, whole = asked.limit, asked.left, float(asked.left.whole[k])
+    if whole < (limit.uniform_tails if KINDS[k] == "tail" else limit.near_floor) * asked.gap.whole[k]:
+        return None
+    axis = int(np.argmax(left.varies[k] / max(whole, 1e-12) - cost(asked.validator)))
+    varies = float(left.varies[k, axis])
+    sure = varies > limit.sure * left.chance[k, axis]
+    untouched = varies >= limit.mostly * whole and varies >= limit.untouched * asked.gap.varies[k, axis]
+    if asked.own[axis] or asked.others(axis) or not (sure and untouched):
+        return None
+    return f"leaves all of how {asked.change_along(k, axis)}"
+
+
+def leaves_crossed(asked: Asked, k: int) -> str | None:
+    """Whether much is left along an axis of the effect's crossed with another one.
+
+    What has the effect's axis and another shape, such as an offset of the disparities for a scale, comes near along
+    that axis alone: other parameters make up for it. They cannot at every range on every material.
+    """
+    gap, limit = asked.gap, asked.limit
+    crossed = np.array([len(axis.names) > 1 for axis in asked.validator.evidence.axes])
+    seen = (gap.varies[k] >= limit.crossed * gap.whole[k]) & (gap.varies[k] >= limit.sure * gap.chance[k])
+    for axis in map(int, np.flatnonzero(asked.own & crossed & seen)):
+        share = float(asked.left.varies[k, axis] / max(gap.varies[k, axis], 1e-12))
+        if share > limit.left_along:
+            return f"leaves {share:.0%} of how {asked.change_along(k, axis)}"
+    return None
+
+
+def brings(asked: Asked, k: int) -> str | None:
+    """Whether an effect makes a kind of error change along an axis of its own, where the recording's do not.
+
+    Such as an offset of the disparities for a scale that is wrong, which has another shape along the range.
+    """
+    gap, left, limit = asked.gap, asked.left, asked.limit
+    more = np.where(asked.own, left.varies[k] - np.maximum(gap.varies[k], 0) - limit.sure * left.chance[k], 0)
+    axis = int(np.argmax(more))
+    if more[axis] <= limit.brought * asked.does.whole[k]:
+        return None
+    return f"makes {asked.change_along(k, axis)}, where the recording's do not"
+
+
+def not_itself(asked: Asked) -> str | None:
+    """Whether an effect, as it is fitted, brings along its first axis what the recording has not, of any kind.
+
+    Such as a drift of the scale that is fitted to a scale that is wrong all the time.
+    """
+    gap, left, does, effect, limit = asked.gap, asked.left, asked.does, asked.effect, asked.limit
+    if not effect.axes or effect.axes[0] == "range":  # the spread, in which errors are measured, goes with the range
+        return None
+    axes = asked.validator.evidence.axes
+    own = [n for n, axis in enumerate(axes) if axis.name == effect.axes[0] and axis.kind == histograms.ERROR]
+    for k, kind in enumerate(KINDS[:ALL]):
+        if not own or kind not in effect.kinds or does.whole[k] < limit.acts * does.whole[ALL]:
+            continue
+        axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
+        more = left.varies[k, axis] - gap.varies[k, axis] - limit.sure * left.chance[k, axis]
+        if more > limit.idle * float(does.whole[k]):
+            return f"makes {asked.change_along(k, axis)}, where the recording's do not"
+    return None
+
+
+def of_pairs(asked: Asked) -> str | None:
+    """Whether an effect that makes errors go together leaves too much of how they do."""
+    axes = asked.validator.evidence.axes
+    own = [n for n, axis in enumerate(axes) if axis.name in asked.effect.axes and axis.kind != histograms.ERROR]
+    before, after = float(asked.gap.pairs[own].sum()), float(asked.left.pairs[own].sum())
+    if after <= asked.limit.left_along * before:
+        return None
+    return f"leaves {after / max(before, 1e-12):.0%} of how errors go together"
+
+
+def goes_together(asked: Asked) -> str | None:
+    """Whether errors that an effect makes one by one go together in the recording."""
+    if not asked.alone or asked.left.together <= asked.limit.together * asked.does.whole[ALL]:
+        return None
+    return "adds errors that are independent, where those of the recording go together"
