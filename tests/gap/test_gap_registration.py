@@ -119,6 +119,18 @@ def test_errors_of_the_sensor_are_none_of_the_poses(effect_id: str, room: Room) 
     assert found.applied(run) is run and found.errors.rotation == found.errors.translation == 0
 
 
+def test_times_that_wander_are_told_from_poses_that_are_off(room: Room, walk: Run) -> None:
+    """Frames taken now early, now late, at poses that are right."""
+    late = 0.06 * np.sin(1.3 * np.arange(FRAMES))
+    given, taken = room_path(STAMPS), room_path(STAMPS + late)
+    there, away = given.matrices(), taken.matrices()
+    turns = Rotation.from_matrix(there[:, :3, :3].transpose(0, 2, 1) @ away[:, :3, :3]).as_rotvec()
+    shifts = np.einsum("nji,nj->ni", there[:, :3, :3], taken.positions - given.positions)
+    errors = room.register(room.record(np.hstack([turns, shifts]))).errors
+    assert errors.are_of_time, errors.along_motion
+    assert not room.register(walk).errors.are_of_time
+
+
 def test_what_is_constant_is_told_and_left_in(room: Room) -> None:
     off = pulled_walk()
     turned = room.register(room.record(off, extrinsic_rotation={"x": 0.8, "y": -0.6, "z": 0.3}))
