@@ -9,11 +9,12 @@ class _Blocks(Formula):
     """amount: side of the blocks [px], rounded. The pictures are those of a camera with so many more pixels."""
 
     statistic = "pooled"
-    span = (1.0, 5.0)
+    span = (1.0, 4.4)
 
     def __init__(self, rng: Rng, film: Film) -> None:
         self.least = float(rng.uniform(0.0, 0.5))
-        self._films: dict[int, Film] = {}
+        self._films: dict[tuple[Film, int], Film] = {}
+        self._made: dict[tuple[Film, int, int], Floats] = {}
 
     def known(self) -> dict[str, float]:
         """The side means the same."""
@@ -26,16 +27,21 @@ class _Blocks(Formula):
 
     def finish(self, take: Take) -> None:
         """Film with more pixels and make them fewer. Intrinsics are those that are told, times the side."""
-        k, film = self.side, take.film
-        if k not in self._films:
-            own = film.camera
+        key = take.film, self.side, take.index
+        if key not in self._made:
+            self._made[key] = self._of_blocks(*key)
+        take.z = self._made[key].copy()
+
+    def _of_blocks(self, film: Film, k: int, index: int) -> Floats:
+        own, shape = film.camera, film.camera.shape
+        if (film, k) not in self._films:
             size = {"width": own.width * k, "height": own.height * k}
             camera = own.model_copy(update=size | {name: getattr(own, name) * k for name in ("fx", "fy", "cx", "cy")})
-            self._films[k] = Film(film.world, film.route, camera, film.stamps, film.base, film.seed)
-        z = self._films[k].make(take.index, ()).z
-        blocks = z.reshape(take.z.shape[0], k, take.z.shape[1], k).swapaxes(1, 2).reshape(*take.z.shape, k * k)
+            self._films[film, k] = Film(film.world, film.route, camera, film.stamps, film.base, film.seed)
+        z = self._films[film, k].make(index, ()).z
+        blocks = z.reshape(shape[0], k, shape[1], k).swapaxes(1, 2).reshape(*shape, k * k)
         there = (blocks > 0).sum(axis=-1) > self.least * k * k
-        take.z = np.where(there, self.pooled(film, blocks), 0)
+        return np.where(there, self.pooled(film, blocks), 0)
 
     def pooled(self, film: Film, blocks: Floats) -> Floats:
         """(height, width) one depth of (height, width, pixels of a block); 0 is a hole, and arbitrary where all are."""

@@ -93,7 +93,7 @@ class DomainTransform(_Filter):
         film = take.film
         d = film.inverse(z)
         noise = np.median((take.sigma * d * d / film.camera.focal_baseline)[d > 0]) if (d > 0).any() else 0
-        whole, smooth = max(self.edge, 6 * noise), d
+        whole, smooth = max(self.edge, 3 * noise), d
         for number in range(self.rounds):
             feedback = np.exp(-np.sqrt(2) * 2**number / 3)
             for axis in (0, 1):
