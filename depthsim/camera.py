@@ -176,8 +176,10 @@ class Camera(BaseModel):
     @property
     def is_aligned_unsaid(self) -> bool:
         """Whether it has its colour camera's own intrinsics, as only aligned pictures have, and does not say so."""
-        return not self.aligned and self.color is not None and all(
-            np.allclose(getattr(self, name), getattr(self.color, name), rtol=0, atol=1e-3) for name in _PICTURE
+        return (
+            not self.aligned
+            and self.color is not None
+            and all(np.allclose(getattr(self, name), getattr(self.color, name), rtol=0, atol=1e-3) for name in _PICTURE)
         )
 
     @cached_property

@@ -48,6 +48,8 @@ SPECIAL: dict[str, tuple[Range, Range, Range]] = {
     "moved_region": ((0.01, 0.02), (0.03, 0.06), (0.1, 0.2)),
     "foreign_thing": ((0.01, 0.02), (0.03, 0.06), (0.1, 0.2)),
     "noisy_place": ((0.05, 0.1), (0.15, 0.3), (0.4, 0.7)),
+    # A filter in time with a weight of 0.4 correlates frames by 0.6, and by less where the camera moves.
+    "temporal_filter": ((0.1, 0.16), (0.22, 0.34), (0.42, 0.58)),
     "spatial_filter": ((0.08, 0.15), (0.25, 0.45), (0.5, 0.85)),
 }
 """By effect, where a real camera's range is another."""

@@ -17,14 +17,17 @@ from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.optimize import Model, best_neighbour
+from depthsim.gap.depth.fit.pattern import learn
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.presets import preset
 from depthsim.raycast import Caster
+from depthsim.runs import Run
 from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Effect, Sensor
 from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.effects.fill_rate import FillRate
+from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture
 from depthsim.sensor.effects.noise import DisparityNoise
 from depthsim.sensor.pipeline import camera_for
 from depthsim.trajectory import load_trajectory
@@ -138,3 +141,17 @@ def test_both_imagers_must_see_what_an_aligned_camera_sees(name: str) -> None:
     shadows = [camera.fx * x * (1 - 1 / 2.5) for x in (left, both)]
     assert (hidden < plate[0]).sum() == pytest.approx(max(*shadows, 0), abs=1.01)
     assert (hidden > plate[-1]).sum() == pytest.approx(max(*(-one for one in shadows), 0), abs=1.01)
+
+
+def test_a_fixed_pattern_is_learned_where_the_left_imager_has_it(tmp_path: Path) -> None:
+    grid = np.random.default_rng(2).normal(size=(7, 9))
+    pattern = FixedPattern(amplitude=0.3, grid=tuple(map(tuple, grid.tolist())))
+    camera = preset("d435", 160, 120, rate=3.0)
+    effects = [DisparityNoise(sigma=0.02), pattern, AlignToColor()]
+    generate("office", None, camera, effects, tmp_path / "run", frames=16, seed=1, streams=("depth",), threads=1)
+    run = Run.open(tmp_path / "run")
+    assert run.camera.aligned
+    found = learn(run, Caster(load_scene(run.scene or "")))
+    seen = (slice(40, 80), slice(45, 110))  # of the left imager's picture, by the colour camera
+    true, learned = (picture(np.array(one), camera.shape)[seen] for one in (grid, found.grid))
+    assert not found.is_none and np.corrcoef(true.ravel(), learned.ravel())[0, 1] > 0.8

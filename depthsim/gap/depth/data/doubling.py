@@ -31,12 +31,13 @@ def find_doubling(pictures: Iterable[NDArray[np.uint16]], limit: DepthData) -> t
 
     pictures: (height, width) as they are stored, each as a whole.
     """
-    same, known = 0, 0
+    both, equal = [], []
     for units in pictures:
-        there = (units[1:] > 0) & (units[:-1] > 0)
-        same, known = same + (there & (units[1:] == units[:-1])), known + there
-    if not isinstance(known, np.ndarray) or min(known.shape) < _WINDOW:
+        both.append((units[1:] > 0) & (units[:-1] > 0))
+        equal.append(both[-1] & (units[1:] == units[:-1]))
+    if not both or min(both[0].shape) < _WINDOW:
         return None
+    known, same = np.sum(both, axis=0), np.sum(equal, axis=0)
     power, least = _spectrum(np.where(known > 0, same / np.maximum(known, 1), np.nan))
     down, across = np.fft.fftfreq(_PADDED)[:, None], np.fft.rfftfreq(_PADDED)[None]
     power = np.where((np.abs(down) > _SLOWEST) & (across < _SLANT * np.abs(down)), power, np.nan)

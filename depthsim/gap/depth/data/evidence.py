@@ -156,7 +156,7 @@ class Evidence:
 
     @cached_property
     def doubled(self) -> tuple[float, float] | None:
-        """Zoom and roll [deg] of the resampling that doubled rows of the pictures, where they do not say that it was."""
+        """Zoom and roll [deg] of the resampling that doubled rows of the pictures, if they do not say so themselves."""
         if self.camera.aligned or self.rows < self.camera.height:
             return None
         some = self.train[:: max(1, len(self.train) // 8)]
