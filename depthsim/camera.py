@@ -173,6 +173,15 @@ class Camera(BaseModel):
         size = {"width": self.width, "height": self.height}
         return Intrinsics.model_validate({**size, "fx": focal, "fy": focal, "cx": cx, "cy": cy})
 
+    @property
+    def is_aligned_unsaid(self) -> bool:
+        """Whether it has its colour camera's own intrinsics, as only aligned pictures have, and does not say so."""
+        return (
+            not self.aligned
+            and self.color is not None
+            and all(np.allclose(getattr(self, name), getattr(self.color, name), rtol=0, atol=1e-3) for name in _PICTURE)
+        )
+
     @cached_property
     def left_pose(self) -> NDArray[np.float64]:
         """(4, 4) the left imager in this camera's frame: to be put behind a pose of this camera."""

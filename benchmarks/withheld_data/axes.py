@@ -59,6 +59,8 @@ RIGHT_AXES: dict[str, tuple[str, ...]] = {
     "flying_pixels": ("edge_distance", "residual_tail"),
     "edge_fattening": ("edge_distance",),
     "spatial_filter": ("pixel_neighbours", "edge_distance"),
+    "temporal_filter": ("frame_neighbours", "motion", "time", "edge_distance"),
+    "hole_filling": ("edge_distance", "image_column", "image_position", "pixel_neighbours"),
     "align_to_color": ("edge_distance", "pixel_neighbours"),
 }
-"""Those on which a reader would find the effect. fill_rate is left out: it depends on nothing."""
+"""Those on which a reader would find the effect. fill_rate and decimation are left out: they depend on nothing."""

@@ -3,7 +3,7 @@
 import json
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,8 @@ ATTEMPTS = 60
 """How many scenes are tried for one case."""
 PAPER_ONLY = {"material_noise", "disparity_noise"}
 """Effects that the base in disparity cannot lack."""
+HOLES_TO_FILL = {"hole_filling"}
+"""Effects that want more holes than the paper's: the simulator has them, too."""
 MOVING = {"time_offset", "rolling_shutter", "motion_noise"}
 SHOWS_STILL = 0.4
 """Least part of an effect's statistic that is left beside the other effects, which may add to the noise."""
@@ -174,9 +176,10 @@ def truth(case: Case) -> dict[str, Any]:
 
 def _profile(base: Base) -> str:
     """What the simulator knows: the paper's profile, or noise of the disparity and holes."""
-    effects: list[Any] = ["material_noise", "fill_rate"]
+    rate: Any = {"fill_rate": {"rate": base.rate}}
+    effects: list[Any] = ["material_noise", "fill_rate" if base.rate == 0.01 else rate]
     if base.sigma:
-        effects = [{"disparity_noise": {"sigma": base.sigma}}, {"fill_rate": {"rate": base.rate}}]
+        effects = [{"disparity_noise": {"sigma": base.sigma}}, rate]
     return yaml.safe_dump({"name": "paper" if not base.sigma else "stereo", "effects": effects}, sort_keys=False)
 
 
@@ -253,6 +256,8 @@ def _draw_film(rng: Rng, wanted: Wanted, world: World) -> Film | None:
     base = Base(m, 0.0, 0.01)
     if not paper:
         base = Base({}, float(rng.uniform(0.04, 0.1)), float(rng.uniform(0.005, 0.02)))
+    if HOLES_TO_FILL & set(wanted.effects):
+        base = replace(base, rate=float(np.exp(rng.uniform(np.log(0.015), np.log(0.15)))))
     film = Film(world, route, camera, stamps, base, int(rng.integers(2**31)))
     return film if _is_fair(film) else None
 

@@ -9,6 +9,8 @@
     ratio_m     relative error of m (that material must fill 8 % of the pixels, at 0.8 m or more)
     doubled     share of the pixels that equal their left neighbour
     stuck       share of the frames that show an earlier one
+    pooled      ln of how much smaller the spread of the errors becomes (median of their absolute values)
+    filled      share of the pixels that are holes without it, and have depth with it
 
 RANGES says what weak, medium and strong are. The amount of a formula is solved for, such that its statistic on a few
 frames is a random value of the wanted range.
@@ -32,6 +34,9 @@ RANGES: dict[str, tuple[Range, Range, Range]] = {
     "ratio_m": ((0.15, 0.2), (0.22, 0.3), (0.32, 0.45)),
     "doubled": ((0.1, 0.2), (0.25, 0.4), (0.45, 0.6)),
     "stuck": ((0.08, 0.15), (0.2, 0.35), (0.4, 0.6)),
+    # Blocks of 2x2, 3x3 and 4x4 pixels.
+    "pooled": ((0.4, 0.8), (0.81, 1.17), (1.18, 1.5)),
+    "filled": ((0.015, 0.03), (0.04, 0.07), (0.09, 0.15)),
 }
 """By statistic, the ranges of weak, medium and strong."""
 SPECIAL: dict[str, tuple[Range, Range, Range]] = {
@@ -43,6 +48,8 @@ SPECIAL: dict[str, tuple[Range, Range, Range]] = {
     "moved_region": ((0.01, 0.02), (0.03, 0.06), (0.1, 0.2)),
     "foreign_thing": ((0.01, 0.02), (0.03, 0.06), (0.1, 0.2)),
     "noisy_place": ((0.05, 0.1), (0.15, 0.3), (0.4, 0.7)),
+    # A filter in time with a weight of 0.4 correlates frames by 0.6, and by less where the camera moves.
+    "temporal_filter": ((0.1, 0.16), (0.22, 0.34), (0.42, 0.58)),
     "spatial_filter": ((0.08, 0.15), (0.25, 0.45), (0.5, 0.85)),
 }
 """By effect, where a real camera's range is another."""
@@ -167,6 +174,15 @@ def _doubled(before: Take, after: Take) -> float:
     return float(np.mean((after.z[:, 1:] == after.z[:, :-1]) & (after.z[:, 1:] > 0)))
 
 
+def _pooled(before: Take, after: Take) -> float:
+    least = [np.nanmedian(np.abs(_errors(take))) for take in (before, after)]
+    return float(max(np.log(least[0] / least[1]), 0.0))
+
+
+def _filled(before: Take, after: Take) -> float:
+    return float(np.mean((before.z <= 0) & (after.z > 0)))
+
+
 def _between_frames(film: Film, formulas: Sequence[Formula]) -> float:
     many = [_errors(film.make(i, formulas)) for i in range(min(len(film), 8))]
     return float(np.mean([correlation(a, b) for a, b in zip(many[1:], many[:-1], strict=True)]))
@@ -188,4 +204,6 @@ _STATISTICS = {
     "spurious": _spurious,
     "neighbours": _neighbours,
     "doubled": _doubled,
+    "pooled": _pooled,
+    "filled": _filled,
 }

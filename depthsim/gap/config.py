@@ -65,9 +65,15 @@ class DepthData(Section):
     pixels_of_frame: int = _count(50_000, "that are counted, about: of a larger frame, not every row")
     material_share: float = _value(0.002, "of the pixels, above which a material has cells of its own")
     most_materials: int = _count(10, "materials with cells of their own at most")
+    far_less_noise: float = _value(
+        0.35, "of the simulator's spread: errors of a recording that has less are measured in a spread of its own"
+    )
     coarsest_step: float = _value(2.0, "[px] of disparity: coarser steps are indistinguishable from the scene's shape")
     step_seen: float = _value(0.15, "of the spectrum's line, 1 where all disparities lie on steps: below it none are")
     step_over_scene: float = _value(3.0, "times the scene's own spectrum that the line must be, too")
+    doubling_seen: float = _value(
+        100.0, "times the median of the spectrum of equal neighbours: with a lower peak, no rows were doubled"
+    )
     overtone: float = _value(0.6, "of the strongest line: the lowest frequency with so much is that of the steps")
 
 

@@ -27,6 +27,8 @@ class Setting:
     their width [px] and where they begin, see :func:`~depthsim.gap.depth.data.quantization.find_steps`.
     learned: by effect, its parameters with the :func:`learned` tables as the recording has them. size: width and height
     of the pictures that the left imager gave [px].
+    doubled: zoom and roll [deg] of a picture whose rows are doubled by a resampling, see
+    :func:`~depthsim.gap.depth.data.doubling.find_doubling`.
     turn: [deg] by which registration finds the camera turned against its poses, about its x, y and z; late: [s] by
     which the stamps are found early. None where it does not know.
     """
@@ -40,6 +42,7 @@ class Setting:
     steps: tuple[float, float] | None = None
     learned: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
     size: tuple[int, int] | None = None
+    doubled: tuple[float, float] | None = None
     turn: tuple[float, float, float] | None = None
     late: float | None = None
 

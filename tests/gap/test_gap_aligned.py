@@ -1,5 +1,6 @@
 """Recordings whose depth was resampled into the colour camera: those that say so, and those that do not."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,20 +8,29 @@ import pytest
 import yaml
 from sensing import STEP_CASTER
 
+from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import Ruler
+from depthsim.gap.depth.data.doubling import find_doubling
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.frames import cast_clean
-from depthsim.gap.depth.data.load import load_evidence
+from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.optimize import Model, best_neighbour
+from depthsim.gap.depth.fit.pattern import learn
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.presets import preset
+from depthsim.raycast import Caster
+from depthsim.runs import Run
 from depthsim.runs.generate import generate
-from depthsim.sensor import Effect
+from depthsim.scenefile import load_scene
+from depthsim.sensor import Effect, Sensor
 from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.effects.fill_rate import FillRate
+from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture
 from depthsim.sensor.effects.noise import DisparityNoise
+from depthsim.sensor.pipeline import camera_for
+from depthsim.trajectory import load_trajectory
 
 BASE = (DisparityNoise(sigma=0.06), FillRate(rate=0.01))
 ZOOM = 1.5342
@@ -85,6 +95,41 @@ def test_a_fit_leaves_the_minimum_beside_the_true_one(aligned: Path) -> None:
     assert interval["zoom"][0] <= ZOOM <= interval["zoom"][1]
 
 
+@pytest.mark.parametrize(("zoom", "roll"), [(ZOOM, 0.0), (1.2, -1.5), (2.4, 2.0)])
+def test_doubled_rows_show_zoom_and_roll(zoom: float, roll: float) -> None:
+    effects = (*BASE, AlignToColor(zoom=zoom, roll=roll))
+    camera = preset("d435", 320, 240).model_copy(update={"color": None})
+    scene = load_scene("office")
+    path = load_trajectory(None, scene, camera.rate).matrices()
+    sensor = Sensor(Caster(scene), camera_for(camera, effects), effects)
+    pictures = [sensor.measure(path[k], index=k).depth_raw.copy() for k in (0, 100, 200, 300)]
+    assert find_doubling(pictures, DepthConfig().data) == pytest.approx((zoom, roll), rel=0.01, abs=0.1)
+    plain = Sensor(Caster(scene), camera, BASE)
+    assert find_doubling([plain.measure(path[k], index=k).depth_raw for k in (0, 100)], DepthConfig().data) is None
+
+
+def test_fits_of_an_alignment_begin_where_doubled_rows_say(aligned: Path) -> None:
+    evidence = unsaid(aligned, BASE)
+    setting = replace(setting_of(evidence), doubled=(1.58, -1.2))
+    (one,) = (one for one in candidates(BASE, setting) if one.effect == AlignToColor.id)
+    assert one.fixed["roll"] == -1.2 and one.starts[0] == (-0.015, 1.58)
+
+
+def test_a_camera_with_its_colour_cameras_intrinsics_is_noted(aligned: Path) -> None:
+    file = aligned / "camera.yaml"
+    text = file.read_text()
+    keys = yaml.safe_load(text)
+    try:
+        file.write_text(yaml.safe_dump({k: v for k, v in keys.items() if k not in ("aligned", "depth")}))
+        evidence, _ = load_evidence(aligned, None, BASE)
+    finally:
+        file.write_text(text)
+    assert evidence.camera.is_aligned_unsaid and any("`aligned: true`" in note for note in notes_of(evidence))
+    bank = [one for one in candidates(BASE, setting_of(evidence)) if one.effect == AlignToColor.id]
+    assert {free.name for one in bank for free in one.free} == {"x", "zoom"}
+    assert not preset("d435", 320, 240).is_aligned_unsaid
+
+
 @pytest.mark.parametrize("name", ["d435", "d455", "d405"])
 def test_both_imagers_must_see_what_an_aligned_camera_sees(name: str) -> None:
     camera = preset(name, 424, 240).aligned_to_color()
@@ -96,3 +141,17 @@ def test_both_imagers_must_see_what_an_aligned_camera_sees(name: str) -> None:
     shadows = [camera.fx * x * (1 - 1 / 2.5) for x in (left, both)]
     assert (hidden < plate[0]).sum() == pytest.approx(max(*shadows, 0), abs=1.01)
     assert (hidden > plate[-1]).sum() == pytest.approx(max(*(-one for one in shadows), 0), abs=1.01)
+
+
+def test_a_fixed_pattern_is_learned_where_the_left_imager_has_it(tmp_path: Path) -> None:
+    grid = np.random.default_rng(2).normal(size=(7, 9))
+    pattern = FixedPattern(amplitude=0.3, grid=tuple(map(tuple, grid.tolist())))
+    camera = preset("d435", 160, 120, rate=3.0)
+    effects = [DisparityNoise(sigma=0.02), pattern, AlignToColor()]
+    generate("office", None, camera, effects, tmp_path / "run", frames=16, seed=1, streams=("depth",), threads=1)
+    run = Run.open(tmp_path / "run")
+    assert run.camera.aligned
+    found = learn(run, Caster(load_scene(run.scene or "")))
+    seen = (slice(40, 80), slice(45, 110))  # of the left imager's picture, by the colour camera
+    true, learned = (picture(np.array(one), camera.shape)[seen] for one in (grid, found.grid))
+    assert not found.is_none and np.corrcoef(true.ravel(), learned.ravel())[0, 1] > 0.8

@@ -4,9 +4,12 @@ from benchmarks.withheld_data.film import Formula
 from benchmarks.withheld_data.formulas import (
     align,
     correlation,
+    decimation,
     disparity,
     edges,
+    filling,
     filters,
+    history,
     holes,
     light,
     limits,
@@ -34,7 +37,10 @@ _FAMILIES = (
     shadow,
     limits,
     edges,
+    decimation,
     filters,
+    history,
+    filling,
     align,
 )
 

@@ -100,3 +100,25 @@ class Lookup(_Aligned):
             found = np.where(inside, z[at], 0)
             guess = np.where(found > 0, found, guess)
         return found
+
+
+class Rectangles(_Aligned):
+    """Every pixel covers the pixels whose middles lie inside its square's projection; the nearest depth stays."""
+
+    effect = "align_to_color"
+
+    def resampled(self, take: Take, z: Floats) -> Floats:
+        """As a rasteriser does it: what only touches a square is not covered."""
+        film, camera = take.film, take.film.camera
+        safe, half = np.where(z > 0, z, 1), (1 + self.amount) / 2
+        u = (take.directions[0] - self.x / safe) * camera.fx + camera.cx
+        v = take.directions[1] * camera.fy + camera.cy
+        first, last = np.ceil(np.stack([v, u]) - half), np.ceil(np.stack([v, u]) + half) - 1
+        out = np.full(camera.shape, np.inf)
+        steps = range(int(np.ceil(2 * half)) + 1)
+        for down in steps:
+            for across in steps:
+                y, x = first[0] + down, first[1] + across
+                there = (z > 0) & (y <= last[0]) & (x <= last[1]) & self._inside(film, x, y)
+                np.minimum.at(out, (y[there].astype(int), x[there].astype(int)), z[there])
+        return np.where(np.isfinite(out), out, 0)

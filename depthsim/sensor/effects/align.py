@@ -1,5 +1,6 @@
 """Depth in the colour camera's pictures, as most recordings have it."""
 
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import ClassVar
 
@@ -9,13 +10,15 @@ from numpy.typing import NDArray
 from depthsim.camera import Camera, undistort
 from depthsim.kernels import inlined, kernel
 from depthsim.raycast import Geometry
-from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.effect import Effect, Setting, Stage, parameter
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.view import View
 
 _f = np.float32
 _WIDEST = 0.1
 """The least zoom that is one."""
+_BESIDE = -0.015, 0.059
+"""[m] Where the colour cameras of a D435 and of a D455 are."""
 _ZERO, _ONE, _HALF = _f(0), _f(1), _f(0.5)
 
 
@@ -77,13 +80,14 @@ def _corner_rays(camera: Camera) -> NDArray[np.float32]:
 
 
 @lru_cache(maxsize=64)
-def _aligned(camera: Camera, x: float, zoom: float) -> Camera:
+def _aligned(camera: Camera, x: float, zoom: float, roll: float) -> Camera:
     """A camera whose pictures are a colour camera's; kept, because it keeps its rays."""
     size = {"width": camera.width, "height": camera.height}
     own = {name: getattr(camera, name) for name in ("fx", "fy", "cx", "cy", "distortion")}
     middle = {"cx": (camera.width - 1) / 2, "cy": (camera.height - 1) / 2}
     left = {**size, "fx": camera.fx / zoom, "fy": camera.fy / zoom, **middle}
-    color = {**size, **own, "translation": (x, 0.0, 0.0)}
+    turned = np.radians(roll) / 2
+    color = {**size, **own, "rotation": (0.0, 0.0, np.sin(turned), np.cos(turned)), "translation": (x, 0.0, 0.0)}
     return camera.model_copy(update={"color": color, "aligned": True, "depth": left})
 
 
@@ -98,8 +102,8 @@ class AlignToColor(Effect):
     The rectangle reaches from pixel to pixel between the projections of the two corners at ±0.5 px, both ends
     included, and holds the depth as the left imager has it. So pixels are doubled where the colour picture is finer,
     what the colour camera sees past an object's edge is a hole, and the background seen through it is not hidden.
-    Of a camera that says where its colour camera is, nothing is left to choose. ``x`` and ``zoom`` are for one that
-    does not: the left imager then has pictures of the same size, and looks the same way.
+    Of a camera that says where its colour camera is, nothing is left to choose. ``x``, ``zoom`` and ``roll`` are for
+    one that does not: the left imager then has pictures of the same size, and looks the same way but for the roll.
     """
 
     id: ClassVar[str] = "align_to_color"
@@ -114,13 +118,28 @@ class AlignToColor(Effect):
     x: float = parameter(
         -0.015, low=-0.1, high=0.1, unit="m", about="where the colour camera is, along the left imager's x",
         source="realsense-ros, realsense2_description: D415 and D435; 0.059 m of a D455",
-        starts=(-0.015, 0.059), step=0.01,
+        starts=_BESIDE, step=0.01,
     )  # fmt: skip
     zoom: float = parameter(
         1.53, low=0, high=3, unit="1", neutral=0, about="focal length of the pictures over that of the left imager's",
         source="datasheet 337029: D435 at 640x480; 1.38 at 16:9, 0.95 of a D455",
         starts=(1.55, 1.42, 0.96, 2.2), scale="linear", step=0.05,
     )  # fmt: skip
+
+    roll: float = parameter(
+        0.0, low=-5, high=5, unit="deg", about="by how much the colour camera is turned about its own axis, rightwards",
+        source="1.1° in the frames of RobotCalibration, by which rows are doubled; 0 by construction", frozen=True,
+    )  # fmt: skip
+
+    @classmethod
+    def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
+        """With the roll that the lines of doubled rows show, where there are any."""
+        return cls.forms if setting.doubled is None else [{"roll": round(setting.doubled[1], 3)}]
+
+    @classmethod
+    def suggested(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
+        """The zoom by which rows are doubled; where the colour camera is, they do not show."""
+        return [{"x": x, "zoom": setting.doubled[0]} for x in _BESIDE] if setting.doubled is not None else ()
 
     @property
     def is_neutral(self) -> bool:
@@ -129,7 +148,7 @@ class AlignToColor(Effect):
 
     def stored(self, camera: Camera) -> Camera:
         """The camera as an aligned one: to its own colour camera, or to the one that the parameters put beside it."""
-        return _aligned(camera, self.x, self.zoom) if camera.color is None else _into_color(camera)
+        return _aligned(camera, self.x, self.zoom, self.roll) if camera.color is None else _into_color(camera)
 
     def bend(self, view: View) -> None:
         """From the colour camera's pose to that of the left imager, whose rays are cast."""

@@ -71,7 +71,9 @@ class SpatialFilter(Effect):
     id: ClassVar[str] = "spatial_filter"
     stage: ClassVar[Stage] = Stage.PROCESSING
     source: ClassVar[str] = "librealsense, src/proc/spatial-filter: Gastal and Oliveira 2011, recursive"
-    axes = ("pixel_neighbours", "edge_distance")
+    # Where neighbours differ by more than delta, by noise far off or by a slant, it does nothing; what it does to edges
+    # is the same in every frame.
+    axes = ("pixel_neighbours", "edge_distance", "range", "incidence", "frame_neighbours")
     kinds = ("correlation", "spread")
     recording = "a sharp depth edge before a far background, with the camera's filters off and on"
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -17,6 +17,7 @@ from depthsim.gap.depth.data.axes import make_axes
 from depthsim.gap.depth.data.axis import Axis, frame_cells, layout
 from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
+from depthsim.gap.depth.data.doubling import find_doubling
 from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, inner_rows, select_frames, select_rows
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.quantization import find_steps
@@ -153,9 +154,22 @@ class Evidence:
 
         return np.asarray(np.sum(self.each(one, range(self.threads)), axis=0, dtype=np.uint32))
 
+    @cached_property
+    def doubled(self) -> tuple[float, float] | None:
+        """Zoom and roll [deg] of the resampling that doubled rows of the pictures, if they do not say so themselves."""
+        if self.camera.aligned or self.rows < self.camera.height:
+            return None
+        some = self.train[:: max(1, len(self.train) // 8)]
+        return find_doubling((self.recorded(int(i)) for b in some for i in self.blocks[b]), self.config.data)
+
     def recorded(self, index: int) -> NDArray[np.uint16]:
         """(rows, width) the rows of a frame that are looked at, as the recording has them."""
         return self._cut(self.run.depth_raw(index), index)
+
+    def _trusted_units(self, index: int) -> NDArray[np.uint16]:
+        """What is recorded where the scene may be trusted, and 0 elsewhere."""
+        mask = self.trusted(index)
+        return self.recorded(index) if mask is None else np.where(mask, self.recorded(index), 0).astype(np.uint16)
 
     def trusted(self, index: int) -> NDArray[np.bool_] | None:
         """(rows, width) where the scene may be trusted in these rows; None for a run without masks."""
@@ -287,7 +301,13 @@ class Evidence:
             ordered = acting([effect for effect in self.base if not isinstance(effect, PoseNoise)])
             some = frames[:: max(1, len(frames) // 8)]
             simulated = ((self._measure(ordered, i, SPREAD), self.frames[i].geometry) for i in some)
-            cuts.spread_cuts, cuts.spread = spread_of(simulated, self.camera.depth_scale, len(self.scene.tags))
+            unit, tags = self.camera.depth_scale, len(self.scene.tags)
+            cuts.spread_cuts, cuts.spread = spread_of(simulated, unit, tags)
+            # In a far larger unit all that the recording does would lie within the first bins.
+            recorded = ((self._trusted_units(i), self.frames[i].geometry) for i in some)
+            _, own = spread_of(recorded, unit, tags, cuts.spread_cuts)
+            if np.median(own / cuts.spread) < self.config.data.far_less_noise:
+                cuts.spread = np.minimum(cuts.spread, own)
 
         def cut(index: int) -> None:
             # The covariates again: those of all frames at once would take more memory than all else.

@@ -46,6 +46,11 @@ def notes_of(evidence: Evidence) -> tuple[str, ...]:
     if evidence.run.left_out:
         names = [one.name for number, one in evidence.run.instances.items() if number in evidence.run.left_out]
         notes.append(f"left out, by instance/: {', '.join(names)}")
+    if evidence.camera.is_aligned_unsaid:
+        notes.append(
+            "camera.yaml has the intrinsics of its colour camera, so the depth is aligned to colour: write "
+            "`aligned: true` there, or its alignment counts as an error"
+        )
     poses = evidence.run.poses
     if len(poses) > 1 and np.abs(poses - poses[0]).max() < 1e-6:
         notes.append("the camera stands still: errors of pose, time and motion cannot be seen")

@@ -9,11 +9,15 @@ from depthsim.raycast import Geometry
 
 
 def spread_of(
-    frames: Iterable[tuple[NDArray[np.uint16], Geometry]], unit: float, tags: int
+    frames: Iterable[tuple[NDArray[np.uint16], Geometry]],
+    unit: float,
+    tags: int,
+    cuts: NDArray[np.float32] | None = None,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Cuts of the range [m], and the spread of the depth [m] by tag and range between them: (tags + 1, cuts + 1).
 
-    frames: what the simulator stores, in units of ``unit`` metres, and what is there.
+    frames: what is stored, in units of ``unit`` metres, and what is there. cuts: to be taken, by the frames if not
+    given; of what no pixel shows the spread is then infinite.
     """
     parts = []
     for units, met in frames:
@@ -22,14 +26,17 @@ def spread_of(
         parts.append(np.stack([met.depth[ok], met.tag[ok].astype(np.float32), error]))
     depth, tag, error = np.concatenate(parts, axis=1)
     least = np.float32(0.3 * unit)
+    nothing = least if cuts is None else np.float32(np.inf)
     if not depth.size:
-        return np.empty(0, np.float32), np.full((2, 1), max(least, 1e-3), np.float32)
-    cuts = np.unique(np.quantile(depth, np.arange(1, 20) / 20).astype(np.float32))
+        cuts = np.empty(0, np.float32) if cuts is None else cuts
+        return cuts, np.full((tags + 1, len(cuts) + 1), max(nothing, 1e-3), np.float32)
+    if cuts is None:
+        cuts = np.unique(np.quantile(depth, np.arange(1, 20) / 20).astype(np.float32))
     cell = np.searchsorted(cuts, depth)
     spread = np.empty((tags + 1, len(cuts) + 1), np.float32)
     for k in range(len(cuts) + 1):
         here = cell == k
-        common = np.median(error[here]) * 1.4826 if here.any() else least
+        common = np.median(error[here]) * 1.4826 if here.any() else nothing
         for t in range(tags + 1):
             own = error[here & (tag == t)]
             spread[t, k] = max(np.median(own) * 1.4826 if own.size >= 200 else common, least)

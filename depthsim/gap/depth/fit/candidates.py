@@ -28,7 +28,7 @@ def setting_of(
     off = (errors.turn, errors.late if abs(errors.late) < span else None) if errors else (None, None)
     return Setting(
         tags, quantiles, span, evidence.materials, evidence.cuts.own_steps, learned or {},
-        size=(left.width, left.height), turn=off[0], late=off[1],
+        size=(left.width, left.height), doubled=evidence.doubled, turn=off[0], late=off[1],
     )  # fmt: skip
 
 

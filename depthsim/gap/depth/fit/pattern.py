@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.camera import distort
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.rigid import Floats, Look
+from depthsim.gap.depth.data.rigid import Floats, Frame, Look
 from depthsim.raycast import Caster
 from depthsim.runs import Run
 from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture, spline
@@ -110,7 +111,9 @@ class _Learner:
         for index in frames:
             self.look.load(index)
         self.look.cut_disparities(list(frames))
-        self.shape = self.look.camera.shape
+        self.left = run.camera.left  # whose pictures have the pattern, of an aligned camera too
+        height, width = (max(n // self.look.stride, 1) for n in self.left.shape)
+        self.shape = (height, width) if run.camera.aligned else self.look.camera.shape
         self.seen: list[tuple[Floats, Floats, NDArray[np.intp]]] = []
         self.beta: Floats
         self.center: Floats
@@ -120,13 +123,27 @@ class _Learner:
                 (
                     frame.residual,
                     np.column_stack([frame.rigid, np.ones_like(frame.disparity), frame.disparity]),
-                    frame.place,
+                    self._places(frame),
                 )
             )
         self.priors = np.array([0.1] * 6 + [2.0, 0.1])
         self.chunks = np.array_split(np.arange(len(frames)), min(_CHUNKS, len(frames)))
         part = (3 * len(self.chunks) + 4) // 8
         self.ends = slice(0, part), slice(len(self.chunks) - part, None)
+
+    def _places(self, frame: Frame) -> NDArray[np.intp]:
+        """Where the pixels of a frame are in the left imager's picture, as numbers of its samples."""
+        camera = self.look.run.camera
+        if not camera.aligned:
+            return frame.place
+        z = camera.focal_baseline / frame.disparity
+        x, y = self.look.rays.reshape(2, -1)[:, frame.place].astype(np.float64)
+        to = np.linalg.inv(camera.left_pose)
+        point = to[:3, :3] @ np.stack([x * z, y * z, z]) + to[:3, 3:]
+        x, y = distort(point[0] / point[2], point[1] / point[2], self.left.distortion)
+        at = np.stack([y * self.left.fy + self.left.cy, x * self.left.fx + self.left.cx]) // self.look.stride
+        v, u = (np.clip(part, 0, n - 1).astype(np.intp) for part, n in zip(at, self.shape, strict=True))
+        return np.asarray(v * self.shape[1] + u)
 
     def learned(self) -> Pattern:
         pattern = np.zeros(self.shape)
@@ -140,7 +157,7 @@ class _Learner:
         removed, error = self._removed(sums, found, size)
         return Pattern(
             grid=grid,
-            amplitude=float(np.sqrt((picture(grid, self.look.run.camera.shape) ** 2).mean())),
+            amplitude=float(np.sqrt((picture(grid, self.left.shape) ** 2).mean())),
             found=found,
             size=float(np.sqrt(size.prod())) * self.look.stride,
             noise=self.scale,
