@@ -171,8 +171,9 @@ class DepthAgreement(Section):
     )
     steps: float = _value(0.1, "bits by which the phases of disparities must differ for their steps to be wrong")
     brought: float = _value(
-        0.03,
-        "of what an effect does: more of its own along an axis, where the recording's errors change less, is no cause",
+        0.01,
+        "of the bias that an effect makes: more along one of its axes, along which the recording's changes less, is no "
+        "cause's",
     )
     crossed: float = _value(0.02, "of a kind of gap: with less changing along two axes at once, they do not matter")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")

@@ -1,6 +1,7 @@
 """The parts of the diagnosis: axes against casting, counts, distances, fits."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,15 +18,19 @@ from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.covariates import covariates
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.frames import MARGIN, inner_rows, select_frames, select_rows
+from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.data.quantization import _steps_of
 from depthsim.gap.depth.fit.candidates import candidates
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
 from depthsim.gap.resampling import jackknife
 from depthsim.materials import load_materials
+from depthsim.presets import preset
 from depthsim.raycast import Caster
+from depthsim.runs.generate import generate
 from depthsim.scene import Scene
 from depthsim.sensor import load_profile
 from depthsim.sensor.effect import effect_ids
+from depthsim.sensor.effects.noise import DisparityNoise
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.parameter import Setting
 from depthsim.trajectory import Trajectory
@@ -184,6 +189,17 @@ def test_roots_have_the_squared_hellinger_distance() -> None:
     apart = ruler.roots(a) - ruler.roots(b)
     expected = 2 - 2 * np.sqrt(a / a.sum() * b / b.sum()).sum()
     assert apart @ apart == pytest.approx(expected)
+
+
+def test_errors_are_measured_in_what_is_smaller_by_far(tmp_path: Path) -> None:
+    """In the spread of a simulator that is ten times too noisy all that the recording does lies in the first bins."""
+    quiet, loud = (DisparityNoise(sigma=0.05),), (DisparityNoise(sigma=0.5),)
+    camera = preset("d435", 160, 120, rate=3.0)
+    generate("office", None, camera, quiet, tmp_path / "run", frames=4, seed=2, streams=("depth",), threads=1)
+    own, other = (load_evidence(tmp_path / "run", None, base)[0].cuts for base in (quiet, loud))
+    assert np.median(other.spread / own.spread) == pytest.approx(1, abs=0.15)
+    less = load_evidence(tmp_path / "run", None, (DisparityNoise(sigma=0.07),))[0].cuts
+    assert np.median(less.spread / own.spread) == pytest.approx(1.4, abs=0.15)
 
 
 @pytest.mark.parametrize("count", [2, 3, 7, 10, 40, 41, 300, 10_000])

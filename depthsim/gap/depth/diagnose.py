@@ -170,7 +170,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     # How far do they close it?
     after, gap = _how_far(recorded, validator, selection, before)
     first, poor = _first(where), not is_cause and gap.closed_fraction < config.agreement.nearly_all
-    if first and poor and _acts_elsewhere(selection, first):
+    if first and poor and not evidence.stands_still and _acts_elsewhere(selection, first):
         selection, named = _refused(validator, selection, before, first.axis), False
         after, gap = before, _gap(before, before, 0.0, 0.0)
 
@@ -260,7 +260,10 @@ def _acts_elsewhere(selection: Selection, first: Cut) -> bool:
 
 
 def _first(where: Sequence[Cut]) -> Cut | None:
-    """Where the gap lies first, but for places: where the camera hardly moves, whatever is in a scene has one."""
+    """Where the gap lies first, but for places: where the camera hardly moves, whatever is in a scene has one.
+
+    Where it stands still every axis is one of places.
+    """
     anywhere = (cut for cut in where if not _PLACES & set(cut.axis.split(" x ")))
     return next(anywhere, where[0] if where else None)
 

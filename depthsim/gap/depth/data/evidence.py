@@ -154,6 +154,12 @@ class Evidence:
 
         return np.asarray(np.sum(self.each(one, range(self.threads)), axis=0, dtype=np.uint32))
 
+    @property
+    def stands_still(self) -> bool:
+        """Whether the camera does, so that what is anywhere in the scene is always at one place of the picture."""
+        poses = self.run.poses
+        return len(poses) > 1 and bool(np.abs(poses - poses[0]).max() < 1e-6)
+
     @cached_property
     def doubled(self) -> tuple[float, float] | None:
         """Zoom and roll [deg] of the resampling that doubled rows of the pictures, if they do not say so themselves."""

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from depthsim.errors import InputError
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.evidence import Evidence
@@ -51,8 +49,7 @@ def notes_of(evidence: Evidence) -> tuple[str, ...]:
             "camera.yaml has the intrinsics of its colour camera, so the depth is aligned to colour: write "
             "`aligned: true` there, or its alignment counts as an error"
         )
-    poses = evidence.run.poses
-    if len(poses) > 1 and np.abs(poses - poses[0]).max() < 1e-6:
+    if evidence.stands_still:
         notes.append("the camera stands still: errors of pose, time and motion cannot be seen")
     return (*notes, *evidence.run.remarks)
 

@@ -181,10 +181,12 @@ def leaves_crossed(asked: Asked, k: int) -> str | None:
 
 
 def brings(asked: Asked, k: int) -> str | None:
-    """Whether an effect makes a kind of error change along an axis of its own, where the recording's do not.
+    """Whether an effect makes biases change along an axis of its own, where the recording's do not.
 
     Such as an offset of the disparities for a scale that is wrong, which has another shape along the range.
     """
+    if KINDS[k] != "bias" or asked.learned:
+        return None
     gap, left, limit = asked.gap, asked.left, asked.limit
     more = np.where(asked.own, left.varies[k] - np.maximum(gap.varies[k], 0) - limit.sure * left.chance[k], 0)
     axis = int(np.argmax(more))
