@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.parallel import core_count, split
-from depthsim.stereo import choose, cost, neighbours, paths, refine
+from depthsim.stereo import choose, cost, neighbours, paths, refine, smoothing
 from depthsim.stereo.settings import MatcherSettings
 from depthsim.stereo.speckles import drop_speckles
 
@@ -67,13 +67,13 @@ class Matcher:
         blocks = -(-width // paths.BLOCK)
         split(paths.vertical, blocks, threads, costs, min(small, 255), min(large, 255), vertical)
         whole, seen = self._room("whole", np.int16, 2, height, width)
-        firm = self._room("firm", np.uint8, height, width)
+        firm, fine = self._room("firm", np.uint8, height, width), self._room("fine", np.float32, height, width)
         worst = int(settings.worst_score * cost.BITS * pixels) >> shift
         split(
             choose.choose_rows, height, threads, costs, vertical, disparities,
             (min(small, 255), min(large, 255)), settings.margin, worst, settings.left_right,
             (int(settings.median * cost.BITS * pixels) >> shift, int(settings.quantile * disparities)),
-            settings.second_peak, whole, firm,
+            settings.second_peak, whole, fine, firm,
         )  # fmt: skip
         across, down = settings.neighbourhood[0] // 2, settings.neighbourhood[1] // 2
         split(neighbours.drop_lonely_rows, height, threads, firm, across, down, settings.neighbours, whole)
@@ -92,7 +92,8 @@ class Matcher:
             self._room(name, np.float32, count, height, width) for name, count in (("sums", 2), ("steps", 3))
         )
         split(refine.arms_of_rows, height, threads, whole, across, down, arms)
-        start[:] = out[:] = whole
+        start[:] = whole
+        np.copyto(out, np.where(whole < 0, start, fine))
         for _ in range(settings.steps):
             before, out = out, before
             split(refine.shift_rows, height, threads, smooth[0], smooth[1], arms[:2], before, sums)
@@ -100,9 +101,14 @@ class Matcher:
                 refine.solve_rows, height, threads, start, arms[2:], down, sums, np.float32(settings.texture), before,
                 out,
             )  # fmt: skip
-        found = np.where(out < settings.least_disparity, np.float32(-1), out)
         if settings.speckle_size > 1:
-            drop_speckles(found, settings.speckle_size, float(settings.speckle_step))
+            drop_speckles(out, settings.speckle_size, float(settings.speckle_step))
+        found, (across, down) = np.empty_like(out), settings.smoothing
+        split(
+            smoothing.smooth_rows, height, threads, out, across // 2, down // 2, np.float32(settings.smoothing_step),
+            refine.STEPS, found,
+        )  # fmt: skip
+        found[found < settings.least_disparity] = -1
         return found
 
 
