@@ -38,8 +38,8 @@ def test_a_fraction_of_a_pixel_is_a_chance() -> None:
     d = np.concatenate([disparity(measure(EdgeFattening(radius=1.3), index=n)) for n in range(20)])
     near = d > 8
     assert near[:, LEFT - 1 : RIGHT + 1].all() and not near[:, : LEFT - 2].any() and not near[:, RIGHT + 2 :].any()
-    for column in (LEFT - 2, RIGHT + 1):
-        assert abs(z_score(near[:, column].sum(), np.full(len(near), 0.3))) < 4
+    for bordering in (LEFT - 2, RIGHT + 1):
+        assert abs(z_score(near[:, bordering].sum(), np.full(len(near), 0.3))) < 4
 
 
 def test_what_grows_is_the_measured_depth() -> None:

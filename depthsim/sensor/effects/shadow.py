@@ -96,7 +96,8 @@ class StereoShadow(Effect):
     The shadow lies left of the object and is as wide as the disparity's step, plus a margin; on the object's right, and
     left of one that is narrower than the step, both imagers see the background, and there is a narrow margin alone,
     because the matching window is on both sides of the edge. Open background, where nothing is hit, hides nothing; nor
-    does what is nearer by less than ``step``. A margin is median·√(u / (1 - u)), u uniform, at most four medians; it is drawn for patches of 12 rows and 32 columns.
+    does what is nearer by less than ``step``. A margin is median·√(u / (1 - u)), u uniform, at most four medians; it is
+    drawn for patches of 12 rows and 32 columns.
     """
 
     id: ClassVar[str] = "stereo_shadow"
