@@ -190,7 +190,9 @@ def test_a_matching_window_bends_slanted_surfaces_at_the_border() -> None:
     """The last row is the mean of itself and the four above it, two rows off; noise stays as it is."""
     floor = Caster(as_scene(quad((-20, 0.5, 0.1), (40, 0, 0), (0, 0, 20))))
     noise = MaterialNoise(floor=0.002)
-    with_window, without = (disparity(measure(noise, *extra, caster=floor)) for extra in ((MatchingWindow(),), ()))
+    with_window, without = (
+        disparity(measure(noise, *extra, caster=floor)) for extra in ((MatchingWindow(radius=4),), ())
+    )
     moved = (with_window - without).mean(axis=1)
     slope = np.diff(disparity(measure(caster=floor)).mean(axis=1))[-1]
     np.testing.assert_allclose(moved[-6:], slope * np.array([0, 0, -0.5, -1, -1.5, -2]), atol=0.02 * slope)
