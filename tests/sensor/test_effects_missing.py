@@ -146,13 +146,6 @@ def test_a_shadow_is_found_wherever_it_begins(first: int) -> None:
     assert wider[:, first + 3].all() and not wider[:, first : first + 3].any()
 
 
-@pytest.mark.parametrize("first", [60, 97, 127])
-def test_what_is_nearer_by_less_than_the_step_hides_nothing(first: int) -> None:
-    caster = Caster(as_scene(quad((column(first, 2.0), -5, 2.0), (0, 10, 0), (3, 0, 0)), wall(FAR)))
-    lost = [(measure(StereoShadow(share=1, step=s), caster=caster).depth == 0).any() for s in (0.5, 0.9, 1.1, 3.0)]
-    assert lost == [True, True, False, False]
-
-
 def test_a_thin_thing_has_a_margin_on_its_left_too() -> None:
     """Of 3 px, before a wall whose disparity is 6 px less: what it hides does not touch it."""
     left, right = column(97, NEAR), column(100, NEAR)

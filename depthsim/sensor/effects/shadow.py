@@ -35,20 +35,6 @@ def _begins(d, seen, step):
     return some != 0
 
 
-@inlined
-def _is_hidden_by_more(d, u, step):
-    """Whether what stands before pixel ``u`` of a row, in the right image, differs by more than ``step``.
-
-    It is as many pixels to the right as its disparity is larger; what stands beyond the border may be anything.
-    """
-    known = nearer = False
-    for k in range(1, d.size - u):
-        more = d[u + k] - d[u]
-        before = (more > _ZERO) & (more > _f(k) - _f(2))
-        known, nearer = known | before, nearer | (before & (more > step))
-    return nearer or not known
-
-
 @kernel
 def _lose_hidden(start, stop, width, share, left, right, step, focal_baseline, uniform, turn, clean, right_sees, depth):
     """Rows ``start`` to ``stop``, in pixels."""
@@ -70,10 +56,9 @@ def _lose_hidden(start, stop, width, share, left, right, step, focal_baseline, u
                     # Open background is not seen either, but nothing hides there; a shadow may reach across it.
                     first = u if first < 0 and z[u] > _ZERO else first
                 elif first >= 0 or (0 < u < width and _ZERO < d[u - 1] < d[u] - step):
-                    # Left of a thin thing both imagers see the background: there is the margin alone. Behind a step
-                    # that is too small the matcher finds depth, as its windows reach across.
+                    # Left of a thin thing both imagers see the background: there is the margin alone.
                     first = first if first >= 0 else u
-                    if _is_hidden_by_more(d, u - 1, step) and chance[(u - 1) // _COLUMNS] < share:
+                    if chance[(u - 1) // _COLUMNS] < share:
                         near = d[u] - step if u < width else _f(np.inf)
                         for k in range(first, u):
                             measured[k] = _ZERO
@@ -95,9 +80,8 @@ class StereoShadow(Effect):
 
     The shadow lies left of the object and is as wide as the disparity's step, plus a margin; on the object's right, and
     left of one that is narrower than the step, both imagers see the background, and there is a narrow margin alone,
-    because the matching window is on both sides of the edge. Open background, where nothing is hit, hides nothing; nor
-    does what is nearer by less than ``step``. A margin is median·√(u / (1 - u)), u uniform, at most four medians; it is
-    drawn for patches of 12 rows and 32 columns.
+    because the matching window is on both sides of the edge. Open background, where nothing is hit, hides nothing. A
+    margin is median·√(u / (1 - u)), u uniform, at most four medians; it is drawn for patches of 12 rows and 32 columns.
     """
 
     id: ClassVar[str] = "stereo_shadow"

@@ -50,15 +50,15 @@ class MatchingWindow(Effect):
     recording = "a board a little before a wall, so that the disparity steps by 1 to 4 px"
 
     radius: int = parameter(
-        5,
+        4,
         low=0,
         high=12,
         unit="px",
         neutral=0,
         about="half the window, in rows and columns",
-        source="640x480 frames of a D435: steps below 4 px are ramps over 9 pixels with tails, in x and y; the last rows "
-        "of a slanted floor are bent as by 5 to 6 px",
-        starts=(2, 5, 8),
+        source="640x480 frames of a D435: steps below 4 px are ramps over 9 pixels with tails, in x and y; the last "
+        "rows of a slanted floor are bent as by 5 to 6 px",
+        starts=(2, 4, 7),
     )
     step: float = parameter(
         4.0,
