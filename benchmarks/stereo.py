@@ -211,7 +211,7 @@ def main(rounds: Annotated[int, typer.Option(min=1)] = 5) -> None:
         "Off: noise square on grows a little with range, and a real floor cannot tell range from tilt; a real camera "
         "has a slow warp on top "
         "(0.08 to 0.14 px in all), from its calibration, that nothing here makes; noise at a tilt is lower; at edges "
-        "fewer depths lie in between, as a real chip spreads steps of 3 to 4 px over 8 pixels; the office has fewer "
+        "the middle of ramps of 3 to 4 px is a hole more often than a real chip has it; the office has fewer "
         "holes than the real floor with things on it. The office is not the real scene."
     )
     times(rounds, console)

@@ -9,6 +9,24 @@ from numba.core import event
 
 _log = logging.getLogger(__name__)
 
+
+def _leave_blas_alone() -> None:
+    """Let numba load its mathematics of arrays without SciPy, which it asks for BLAS at every start, for 0.2 s.
+
+    A kernel that multiplies matrices asks again when it is compiled, and needs the answer then.
+    """
+    from numba.np import linalg
+
+    ask = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None
+    try:
+        from numba.np import arraymath  # noqa: F401
+    finally:
+        linalg.ensure_blas = ask
+
+
+_leave_blas_alone()
+
 inlined = njit(nogil=True, error_model="numpy", inline="always")
 """For the parts of kernels."""
 

@@ -15,6 +15,7 @@ EXPERT = {
     "edge_fattening", "flying_pixels", "disparity_quantization", "subpixel_bias", "incidence_noise",
     "incidence_dropout", "range_dropout", "material_dropout", "specular_dropout", "ambient_light", "fill_rate",
     "material_noise", "heavy_tails", "min_range", "spatial_filter", "lateral_noise",
+    "matching_window",
 }  # fmt: skip
 """What a matcher of two images does by its nature. The poses, clocks and calibration of the stereo camera are exact."""
 EXPERT_D435 = EXPERT | {

@@ -54,6 +54,15 @@ def _first(values, wanted, padded):
 
 
 @inlined
+def _lowest_point(total, at, disparities):
+    """Of a parabola through the lowest cost, at ``at``, and the two beside it."""
+    if at == 0 or at >= disparities - 1:
+        return np.float32(at)
+    before, after = np.float32(total[at - 1]) - total[at], np.float32(total[at + 1]) - total[at]
+    return at + (before - after) / (np.float32(2) * max(before + after, np.float32(1)))
+
+
+@inlined
 def _look_on(total, at, lanes, column, above, lowest, where, padded):
     """What else the costs, from an address on, say of a pixel whose lowest is at ``at``.
 
@@ -82,7 +91,7 @@ def _look_on(total, at, lanes, column, above, lowest, where, padded):
 
 @kernel
 def choose_rows(  # noqa: ANN201 - numba
-    start, stop, cost, vertical, disparities, steps, margin, worst, left_right, median, peak, out, firm,
+    start, stop, cost, vertical, disparities, steps, margin, worst, left_right, median, peak, out, fine, firm,
 ):  # fmt: skip
     """Rows ``start`` to ``stop`` of the disparity.
 
@@ -91,7 +100,8 @@ def choose_rows(  # noqa: ANN201 - numba
     left_right: most that the right image's own disparity may differ by [px]. median: how much the cost at the quantile
     must be above the lowest, and how many disparities are below the quantile.
     peak: share by which every other disparity must be worse for the pixel to be firm.
-    out: (H, W) int16 [px], -1 where there is none. firm: (H, W) uint8, 1 where left and right agree to 1 px, too.
+    out: (H, W) int16 [px], -1 where there is none. fine: (H, W) float32 [px], the lowest point between the costs, also
+    where ``out`` is -1. firm: (H, W) uint8, 1 where left and right agree to 1 px, too.
     """
     small, large = steps
     above, most = median
@@ -134,6 +144,7 @@ def choose_rows(  # noqa: ANN201 - numba
                 lowest[x] = _gather(gathered + x * padded, there, vertical[y, x].ctypes.data, sums, padded)
                 at = _first(sums, lowest[x], padded)
                 best[x] = at
+                fine[y, x] = _lowest_point(bytes_[0], at, disparities)
                 limit, column = np.uint8(min(np.int64(lowest[x]) + above, 255)), np.uint8(x)
                 crowd[x], second[x] = _look_on(sums, at, lanes, column, limit, right_lowest, right_column, padded)
                 right[x] = bytes_[3, 0]

@@ -48,6 +48,13 @@ def census(start, stop, image, tolerance, out):  # noqa: ANN201 - numba
             out[y, x] = (np.uint64(brighter[x]) << np.uint64(32)) | np.uint64(darker[x])
 
 
+def put_in_border(image: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    """Write a picture into the middle of ``out``, (H + 2 DOWN, W + 2 ACROSS), and around it what is at its border."""
+    rows = out[DOWN:-DOWN]
+    rows[:, ACROSS:-ACROSS], rows[:, :ACROSS], rows[:, -ACROSS:] = image, image[:, :1], image[:, -1:]
+    out[:DOWN], out[-DOWN:] = rows[0], rows[-1]
+
+
 def noise_level(image: NDArray[np.float32]) -> float:
     """Standard deviation of an image's noise, from the calmer part of the image.
 

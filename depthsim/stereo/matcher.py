@@ -12,20 +12,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.parallel import core_count, split
-from depthsim.stereo import choose, cost, neighbours, paths, refine
+from depthsim.stereo import choose, cost, neighbours, paths, refine, smoothing
 from depthsim.stereo.settings import MatcherSettings
 from depthsim.stereo.speckles import drop_speckles
 
 
 class Matcher:
-    """Finds the disparity of rectified pairs; the volumes of costs are kept from pair to pair, one set an object.
+    """Finds the disparity of rectified pairs; what it works in is kept from pair to pair, one set an object.
 
     The result does not depend on the number of threads. An object must not be used by two threads at the same time.
     """
 
     def __init__(self, settings: MatcherSettings | None = None) -> None:
         self.settings = settings or MatcherSettings()
-        self._cost = self._vertical = np.empty((0, 0, 0), np.uint8)
+        self._kept: dict[str, NDArray[Any]] = {}
+
+    def _room(self, name: str, kind: type[np.generic], *shape: int) -> NDArray[Any]:
+        """The array of that name, as it was left: memory that the system has to hand out anew takes a tenth of a match.
+
+        Behind it there is room for vectors that hang over its end.
+        """
+        size = math.prod(shape)
+        if name not in self._kept or self._kept[name].size != size + refine.LANES:
+            self._kept[name] = np.zeros(size + refine.LANES, kind)
+        return self._kept[name][:size].reshape(shape)
 
     def match(
         self, left: NDArray[np.integer], right: NDArray[np.integer], threads: int | None = None
@@ -41,46 +51,49 @@ class Matcher:
         height, width = left.shape
         disparities = min(settings.disparities, width)
         padded = (disparities // cost.LANES + 1) * cost.LANES
-        if self._cost.shape != (height, width, padded):
-            self._cost = np.empty((height, width, padded), np.uint8)
-            self._vertical = np.empty_like(self._cost)
+        costs, vertical = (self._room(name, np.uint8, height, width, padded) for name in ("cost", "vertical"))
         pair = [np.ascontiguousarray(image, np.float32) for image in (left, right)]
-        codes = np.empty((2, height, width), np.uint64)
+        codes = self._room("codes", np.uint64, 2, height, width)
         noise = max(cost.noise_level(image[::2]) for image in pair)
         tolerance = np.float32(max(settings.tolerance * noise, settings.least_tolerance))
+        border = self._room("border", np.float32, height + 2 * cost.DOWN, width + 2 * cost.ACROSS)
         for image, code in zip(pair, codes, strict=True):
-            border = np.pad(image, ((cost.DOWN,) * 2, (cost.ACROSS,) * 2), mode="edge")
+            cost.put_in_border(image, border)
             split(cost.census, height, threads, border, tolerance, code)
         across, down = settings.window[0] // 2, settings.window[1] // 2
         pixels, shift = settings.window[0] * settings.window[1], cost.shift_of(settings.window)
-        split(cost.cost_rows, height, threads, codes[0], codes[1], disparities, across, down, shift, self._cost)
+        split(cost.cost_rows, height, threads, codes[0], codes[1], disparities, across, down, shift, costs)
         small, large = ((step * pixels) >> shift for step in (settings.small_step, settings.large_step))
         blocks = -(-width // paths.BLOCK)
-        split(paths.vertical, blocks, threads, self._cost, min(small, 255), min(large, 255), self._vertical)
-        whole, firm = np.empty((height, width), np.int16), np.empty((height, width), np.uint8)
+        split(paths.vertical, blocks, threads, costs, min(small, 255), min(large, 255), vertical)
+        whole, seen = self._room("whole", np.int16, 2, height, width)
+        firm, fine = self._room("firm", np.uint8, height, width), self._room("fine", np.float32, height, width)
         worst = int(settings.worst_score * cost.BITS * pixels) >> shift
         split(
-            choose.choose_rows, height, threads, self._cost, self._vertical, disparities,
+            choose.choose_rows, height, threads, costs, vertical, disparities,
             (min(small, 255), min(large, 255)), settings.margin, worst, settings.left_right,
             (int(settings.median * cost.BITS * pixels) >> shift, int(settings.quantile * disparities)),
-            settings.second_peak, whole, firm,
+            settings.second_peak, whole, fine, firm,
         )  # fmt: skip
         across, down = settings.neighbourhood[0] // 2, settings.neighbourhood[1] // 2
         split(neighbours.drop_lonely_rows, height, threads, firm, across, down, settings.neighbours, whole)
         if settings.torn_reach:
-            seen = whole.copy()
+            seen[:] = whole
             split(
-                choose.drop_torn_rows, height, threads, self._cost, seen, settings.torn_reach,
+                choose.drop_torn_rows, height, threads, costs, seen, settings.torn_reach,
                 float(settings.torn_share), whole,
             )  # fmt: skip
-        smooth = np.empty((2, height, width), np.float32)
+        smooth = self._room("smooth", np.float32, 2, height, width)
         for image, part in zip(pair, smooth, strict=True):
             split(refine.normalise_rows, height, threads, image, 10, 8, np.float32(settings.floor), part)
         across, down = settings.support[0] // 2, settings.support[1] // 2
-        arms = _roomy(np.int16, 4, height, width)
-        sums, (start, before, out) = (_roomy(np.float32, count, height, width) for count in (2, 3))
+        arms = self._room("arms", np.int16, 4, height, width)
+        sums, (start, before, out) = (
+            self._room(name, np.float32, count, height, width) for name, count in (("sums", 2), ("steps", 3))
+        )
         split(refine.arms_of_rows, height, threads, whole, across, down, arms)
-        start[:] = out[:] = whole
+        start[:] = whole
+        np.copyto(out, np.where(whole < 0, start, fine))
         for _ in range(settings.steps):
             before, out = out, before
             split(refine.shift_rows, height, threads, smooth[0], smooth[1], arms[:2], before, sums)
@@ -88,17 +101,15 @@ class Matcher:
                 refine.solve_rows, height, threads, start, arms[2:], down, sums, np.float32(settings.texture), before,
                 out,
             )  # fmt: skip
-        out[out < settings.least_disparity] = -1
         if settings.speckle_size > 1:
             drop_speckles(out, settings.speckle_size, float(settings.speckle_step))
-        return out
-
-
-def _roomy(kind: type[np.generic], *shape: int) -> NDArray[Any]:
-    """An array with room behind it for vectors that hang over its end."""
-    size = math.prod(shape)
-    room = np.zeros(size + refine.LANES, kind)
-    return room[:size].reshape(shape)
+        found, (across, down) = np.empty_like(out), settings.smoothing
+        split(
+            smoothing.smooth_rows, height, threads, out, across // 2, down // 2, np.float32(settings.smoothing_step),
+            refine.STEPS, found,
+        )  # fmt: skip
+        found[found < settings.least_disparity] = -1
+        return found
 
 
 def to_depth(disparity: NDArray[np.float32], focal_baseline: float) -> NDArray[np.float32]:

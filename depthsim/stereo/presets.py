@@ -20,13 +20,15 @@ class DepthControl(NamedTuple):
     second_peak_threshold: int
     neighbor_threshold: int
     lr_agree_threshold: int
+    difference_threshold: float
+    """[px] Of STRsm."""
 
 
 CHIP: dict[Name, DepthControl] = {
-    "default": DepthControl(10, 10, 500, 325, 7, 24),
-    "high_accuracy": DepthControl(2, 25, 796, 647, 108, 10),
-    "high_density": DepthControl(21, 6, 789, 222, 12, 18),
-    "medium_density": DepthControl(3, 23, 1021, 600, 97, 19),
+    "default": DepthControl(10, 10, 500, 325, 7, 24, 4.0),
+    "high_accuracy": DepthControl(2, 25, 796, 647, 108, 10, 1.65625),
+    "high_density": DepthControl(21, 6, 789, 222, 12, 18, 1.21875),
+    "medium_density": DepthControl(3, 23, 1021, 600, 97, 19, 1.8125),
 }
 
 
@@ -39,6 +41,7 @@ def thresholds(name: Name) -> dict[str, float]:
         "left_right": round(chip.lr_agree_threshold / 16, 3),
         "neighbours": round(0.5 + 0.0015 * (chip.neighbor_threshold - default.neighbor_threshold), 3),
         "median": round(0.2 * chip.median_threshold / default.median_threshold, 3),
+        "smoothing_step": chip.difference_threshold,
         # What goes up by one number where it is too low and down by another where too high rests at this quantile.
         "quantile": round(chip.plus_increment / (chip.plus_increment + chip.minus_decrement), 3),
     }

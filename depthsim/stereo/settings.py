@@ -138,10 +138,16 @@ class MatcherSettings(_Part):
         default=0.4, gt=0, le=1, description="highest share of census bits that may differ"
     )
     margin: int = Field(default=7, ge=0, le=64, description="pixels at the right image's left border not matched to")
-    support: tuple[int, int] = Field(default=(21, 13), description="largest region of the sub-pixel step [px]; odd")
+    support: tuple[int, int] = Field(default=(17, 9), description="largest region of the sub-pixel step [px]; odd")
     steps: int = Field(default=2, ge=1, le=10, description="least-squares steps of the sub-pixel shift")
     floor: FiniteFloat = Field(default=4.0, ge=0.01, le=255, description="contrast that counts as much as noise [grey]")
     texture: FiniteFloat = Field(default=0.1, ge=0, description="least sum of squared slopes in the support region")
+    smoothing: tuple[int, int] = Field(
+        default=(9, 9), description="the disparity becomes the mean over, across and down [px]; odd"
+    )
+    smoothing_step: FiniteFloat = Field(
+        default=4.0, ge=0, le=64, description="the mean is of what differs by less, a ramp in place of a step [px]"
+    )
     speckle_size: int = Field(default=60, ge=0, le=100_000, description="smaller patches are dropped [px]")
     speckle_step: FiniteFloat = Field(default=1.0, ge=0, le=64, description="most change within a patch [px]")
 
@@ -153,7 +159,7 @@ class MatcherSettings(_Part):
 
     @model_validator(mode="after")
     def _sizes_are_odd(self) -> "MatcherSettings":
-        for name in ("window", "support", "neighbourhood"):
+        for name in ("window", "support", "neighbourhood", "smoothing"):
             if not all(size % 2 == 1 and 1 <= size <= 63 for size in getattr(self, name)):
                 raise ValueError(f"{name} must be two odd numbers from 1 to 63")
         if self.window[0] * self.window[1] > 1000:

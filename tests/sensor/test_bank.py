@@ -32,6 +32,7 @@ WANTED = {
     "temporal_correlation", "heavy_tails", "stereo_shadow", "incidence_dropout", "range_dropout", "material_dropout",
     "specular_dropout", "ambient_light", "min_range", "max_range", "invalid_band", "flying_pixels", "edge_fattening",
     "spatial_filter", "pose_noise", "fixed_pattern", "decimation", "temporal_filter", "hole_filling", "align_to_color",
+    "matching_window",
 }
 # fmt: on
 """The ids that files and other programs rely on."""
@@ -98,7 +99,7 @@ def effects(draw: st.DrawFn) -> Effect:
 
 
 def test_every_effect_that_was_promised_is_there() -> None:
-    assert set(effect_ids()) >= WANTED and len(WANTED) == 37
+    assert set(effect_ids()) >= WANTED and len(WANTED) == 38
 
 
 @pytest.mark.parametrize("effect_id", effect_ids())
@@ -188,6 +189,7 @@ STRENGTHS: dict[str, tuple[str, list[float], Any]] = {
     "flying_pixels": ("rate", [0.05, 0.3, 1.0], spread),
     "edge_fattening": ("radius", [0.5, 2.0, 5.0], spread),
     "spatial_filter": ("alpha", [0.9, 0.6, 0.3], smoothness),
+    "matching_window": ("radius", [1, 3, 8], spread),
     "pose_noise": ("translation", [0.001, 0.01, 0.1], spread),
     "fixed_pattern": ("amplitude", [0.02, 0.1, 0.5], spread),
     "decimation": ("factor", [2, 4, 8], lambda m: 1 / m.depth.size),
@@ -292,7 +294,7 @@ def test_the_page_of_the_effects_is_up_to_date() -> None:
     assert not missing, "run docs/effects.py"
 
 
-@pytest.mark.parametrize("effect_id", sorted(set(effect_ids()) - {"flying_pixels", "pose_noise"}))
+@pytest.mark.parametrize("effect_id", sorted(set(effect_ids()) - {"flying_pixels", "matching_window", "pose_noise"}))
 def test_open_background_does_to_the_foreground_what_one_very_far_away_does(effect_id: str) -> None:
     """All but depths in between, which there are none of where nothing is behind.
 

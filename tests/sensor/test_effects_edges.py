@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy import ndimage, stats
-from sensing import CAMERA, LEFT, OPEN_CASTER, RIGHT, STEP, disparity, measure, z_score
+from sensing import CAMERA, FAR, LEFT, OPEN_CASTER, RIGHT, STEP, column, disparity, measure, z_score
 from shapes import MATERIALS, as_scene, quad, soup, sphere, wall
 
 from depthsim.materials import Materials
@@ -13,6 +13,7 @@ from depthsim.sensor.effects.dropout import IncidenceDropout, MaterialDropout, S
 from depthsim.sensor.effects.edges import EdgeFattening, FlyingPixels, _mix
 from depthsim.sensor.effects.material_noise import MaterialNoise
 from depthsim.sensor.effects.shadow import StereoShadow
+from depthsim.sensor.effects.window import MatchingWindow
 
 CLUTTER = Caster(as_scene(soup(np.random.default_rng(2), 40), wall(6), tags=["plastic", "cement"]))
 POSE = np.eye(4)
@@ -37,8 +38,8 @@ def test_a_fraction_of_a_pixel_is_a_chance() -> None:
     d = np.concatenate([disparity(measure(EdgeFattening(radius=1.3), index=n)) for n in range(20)])
     near = d > 8
     assert near[:, LEFT - 1 : RIGHT + 1].all() and not near[:, : LEFT - 2].any() and not near[:, RIGHT + 2 :].any()
-    for column in (LEFT - 2, RIGHT + 1):
-        assert abs(z_score(near[:, column].sum(), np.full(len(near), 0.3))) < 4
+    for bordering in (LEFT - 2, RIGHT + 1):
+        assert abs(z_score(near[:, bordering].sum(), np.full(len(near), 0.3))) < 4
 
 
 def test_what_grows_is_the_measured_depth() -> None:
@@ -156,3 +157,42 @@ def test_depths_in_between_by_their_definition(width: int, reach: int, step: flo
             wanted[v, u] = own * other / (other + weight[v // 4, u // 4] * (own - other))
     assert (wanted != measured).mean() > 0.05
     np.testing.assert_array_equal(depth, wanted)
+
+
+def step_of(near: float) -> Caster:
+    """A wall that stands before another one from column LEFT on."""
+    return Caster(as_scene(quad((column(LEFT, near), -5, near), (0, 10, 0), (9, 0, 0)), wall(FAR)))
+
+
+@pytest.mark.parametrize("radius", [1, 4, 7])
+def test_a_matching_window_makes_a_straight_ramp_of_a_small_step(radius: int) -> None:
+    """From 4 px to 6 px of disparity."""
+    d = disparity(measure(MatchingWindow(radius=radius), caster=step_of(CAMERA.focal_baseline / 6)))
+    ramp = 4 + 2 * np.clip((np.arange(CAMERA.width) - LEFT + radius + 1) / (2 * radius + 1), 0, 1)
+    np.testing.assert_allclose(d, np.broadcast_to(ramp, d.shape), atol=2e-3)
+
+
+@pytest.mark.parametrize("effects", [(), (EdgeFattening(radius=3),), (StereoShadow(),)])
+def test_a_matching_window_leaves_a_large_step(effects: tuple[Effect, ...]) -> None:
+    with_window, without = (measure(*effects, *extra).depth for extra in ((MatchingWindow(),), ()))
+    np.testing.assert_allclose(with_window, without, atol=2e-4)
+
+
+def test_a_matching_window_averages_what_has_grown() -> None:
+    caster = step_of(CAMERA.focal_baseline / 6)
+    plain, grown = (
+        disparity(measure(MatchingWindow(), *extra, caster=caster)) for extra in ((), (EdgeFattening(radius=3),))
+    )
+    np.testing.assert_allclose(grown[:, 80:120], plain[:, 83:123], atol=2e-3)
+
+
+def test_a_matching_window_bends_slanted_surfaces_at_the_border() -> None:
+    """The last row is the mean of itself and the four above it, two rows off; noise stays as it is."""
+    floor = Caster(as_scene(quad((-20, 0.5, 0.1), (40, 0, 0), (0, 0, 20))))
+    noise = MaterialNoise(floor=0.002)
+    with_window, without = (
+        disparity(measure(noise, *extra, caster=floor)) for extra in ((MatchingWindow(radius=4),), ())
+    )
+    moved = (with_window - without).mean(axis=1)
+    slope = np.diff(disparity(measure(caster=floor)).mean(axis=1))[-1]
+    np.testing.assert_allclose(moved[-6:], slope * np.array([0, 0, -0.5, -1, -1.5, -2]), atol=0.02 * slope)

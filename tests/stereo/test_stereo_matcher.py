@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 from stereo_pairs import dotted, textured
 
-from depthsim.stereo import choose, cost, neighbours, paths, presets
+from depthsim.stereo import choose, cost, neighbours, paths, presets, smoothing
 from depthsim.stereo.matcher import Matcher, to_depth
 from depthsim.stereo.settings import MatcherSettings
 from depthsim.stereo.speckles import drop_speckles
@@ -33,6 +33,43 @@ def test_no_whole_pixel_attracts(width: float) -> None:
         found = Matcher().match(*dotted(SHAPE, lambda x, y, by=13 + fraction: by, width=width))[10:-10, 40:-10]
         bias.append(found[found > 0].mean() - 13 - fraction)
     assert np.abs(bias).max() < 0.03
+
+
+@pytest.mark.parametrize(("step", "ramp"), [(2.0, True), (2.5, True), (5.5, False), (9.0, False)])
+def test_a_small_step_is_a_ramp_and_a_large_one_is_not(step: float, ramp: bool) -> None:
+    """A ramp over 9 pixels; in between is what lies a fifth of the step off both sides."""
+    found = Matcher().match(*dotted(SHAPE, lambda x, y: np.where(x < 130, 20.0 + step, 20.0)))[10:-10, 100:160]
+    between = (found > 20 + 0.2 * step) & (found < 20 + 0.8 * step)
+    pixels = np.median(between.sum(axis=1))
+    assert 3 <= pixels <= 7 if ramp else pixels == 0
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(1, 9), st.integers(1, 12), st.integers(0, 4), st.integers(0, 3), st.integers(0, 2**32 - 1))
+def test_smoothing_is_a_mean_of_means_of_what_is_alike(
+    height: int, width: int, across: int, down: int, seed: int
+) -> None:
+    disparity = np.random.default_rng(seed).choice([-1, 5, 6.5, 7, 12], (height, width)).astype(np.float32)
+    found, middle = np.empty_like(disparity), height // 2
+    for start, stop in ((0, middle), (middle, height)):
+        smoothing.smooth_rows(start, stop, disparity, across, down, np.float32(4), 32, found)
+
+    def mean_of_like(own: float, others: list[tuple[float, int]]) -> tuple[float, int]:
+        like = [(value, count) for value, count in others if abs(value - own) < 4]
+        count = sum(count for _, count in like)
+        return sum(value * count for value, count in like) / count, count
+
+    def along(y: int, x: int) -> tuple[float, int]:
+        row = disparity[y, max(x - across, 0) : x + across + 1]
+        return mean_of_like(disparity[y, x], [(d, 1) for d in row if d >= 0])
+
+    for y, x in np.ndindex(height, width):
+        rows = [v for v in range(max(y - down, 0), min(y + down + 1, height)) if disparity[v, x] >= 0]
+        if disparity[y, x] < 0:
+            assert found[y, x] == -1
+        else:
+            mean, _ = mean_of_like(along(y, x)[0], [along(v, x) for v in rows])
+            assert abs(found[y, x] - mean) <= 1 / 64 + 1e-4
 
 
 @pytest.mark.parametrize(("gain", "offset"), [(0.4, 0), (0.5, 90), (1.6, -60)])
@@ -196,16 +233,21 @@ def test_the_lowest_mean_of_all_paths_is_chosen(height: int, width: int, dispari
     costs[..., :disparities] = rng.integers(0, 140, (height, width, disparities))
     vertical = np.full_like(costs, 255)
     vertical[..., :disparities] = rng.integers(0, 255, (height, width, disparities))
-    whole = np.empty((height, width), np.int16)
+    whole, fine = np.empty((height, width), np.int16), np.empty((height, width), np.float32)
     firm = np.empty((height, width), np.uint8)
     choose.choose_rows(
-        0, height, costs, vertical, disparities, (43, 218), 0, 255, 1000.0, (0, disparities), 0.0, whole, firm
+        0, height, costs, vertical, disparities, (43, 218), 0, 255, 1000.0, (0, disparities), 0.0, whole, fine, firm
     )
     for y in range(height):
         total = mean_of_paths(costs[y, :, :disparities], vertical[y, :, :disparities])
         best = total.argmin(axis=1)
         inside = (best <= np.arange(width)) & (best < disparities - 1)
         assert (whole[y] == np.where(inside, best, -1)).all()
+        for x in np.flatnonzero((best > 0) & (best < disparities - 1)):
+            before, here, after = total[x, best[x] - 1 : best[x] + 2]
+            bend = before - 2 * here + after
+            # Where a byte was full, a cost is lower by one than the formula's.
+            assert fine[y, x] == pytest.approx(best[x] + (before - after) / (2 * bend) if bend else best[x], abs=0.02)
 
 
 def test_the_tests_are_those_of_the_formula() -> None:
@@ -217,8 +259,9 @@ def test_the_tests_are_those_of_the_formula() -> None:
     above, most, second_peak, left_right = 37, 6, 0.1, 2.0
     whole, firm = np.empty((height, width), np.int16), np.empty((height, width), np.uint8)
     choose.choose_rows(
-        0, height, costs, costs, disparities, (43, 218), 0, 255, left_right, (above, most), second_peak, whole, firm
-    )
+        0, height, costs, costs, disparities, (43, 218), 0, 255, left_right, (above, most), second_peak, whole,
+        np.empty((height, width), np.float32), firm,
+    )  # fmt: skip
     seen = {"kept": 0, "dropped": 0, "firm": 0}
     for y in range(height):
         total = mean_of_paths(costs[y, :, :disparities], costs[y, :, :disparities])
@@ -268,7 +311,8 @@ def test_no_memory_is_read_that_others_write() -> None:
     for size, value in zip(rng.integers(64, 9000, 3000), rng.integers(0, 256, 3000), strict=True):
         others = [*others[-20:], np.full(size, value, np.uint8)]
         whole, firm = np.empty((4, 70), np.int16), np.empty((4, 70), np.uint8)
-        choose.choose_rows(0, 4, costs, costs, 12, (43, 218), 0, 255, 2.0, (150, 6), 0.1, whole, firm)
+        fine = np.empty((4, 70), np.float32)
+        choose.choose_rows(0, 4, costs, costs, 12, (43, 218), 0, 255, 2.0, (150, 6), 0.1, whole, fine, firm)
         found.add(whole.tobytes() + firm.tobytes())
     assert len(found) == 1
 

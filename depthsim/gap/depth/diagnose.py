@@ -256,6 +256,10 @@ def _acts_elsewhere(selection: Selection, first: Cut) -> bool:
     """
     causes = [effect_class(part.effect) for part in selection.model.parts]
     along, kinds = set(first.axis.split(" x ")), {"tail", first.what} & {"tail", "correlation"}
+    if (
+        first.what == "bias" and "material" in along
+    ):  # biases are in units of a spread that each material has its own of
+        along |= {"range"}
     return bool(causes) and not any(along & set(one.axes) or one.kinds[0] in kinds for one in causes)
 
 

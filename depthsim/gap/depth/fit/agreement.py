@@ -93,10 +93,10 @@ def _of_kind(asked: Asked, k: int) -> str | None:
     """Why the effect is none for one kind of gap."""
     primary = KINDS[k] == asked.effect.kinds[0]
     why = rules.leaves(asked, k) or (rules.is_of(asked, k) if primary else None)
-    if why is None and asked.alone:
+    if why is None and asked.alone and (primary or not asked.closes_well):
         why = rules.leaves_elsewhere(asked, k)
-        if why is None and primary:
-            why = rules.leaves_crossed(asked, k) or rules.brings(asked, k)
+    if why is None and asked.alone and primary:
+        why = rules.leaves_crossed(asked, k) or rules.brings(asked, k)
     return why
 
 
