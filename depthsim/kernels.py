@@ -17,7 +17,9 @@ def _leave_blas_alone() -> None:
     """
     from numba.np import linalg
 
-    ask = linalg.ensure_blas
+    ask = getattr(linalg, "ensure_blas", None)
+    if ask is None:  # another numba, which may not ask
+        return
     linalg.ensure_blas = lambda: None
     try:
         from numba.np import arraymath  # noqa: F401
