@@ -4,6 +4,7 @@ FOLDER keeps the reports, and what is there is not made again. The real recordin
 ../shared/data. The page's commands are those that are run here.
 """
 
+import argparse
 import io
 import shlex
 import subprocess
@@ -298,8 +299,11 @@ simulated figure is off by more than chance. [Diagnose](diagnose.md#what-it-cost
 
 def main() -> None:
     """Run the commands, and write the page and its pictures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition(":")[0])
+    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="for the reports; what is there is not made again")
+    given = parser.parse_args().folder
     with tempfile.TemporaryDirectory() as passing:
-        folder = Path(sys.argv[1] if len(sys.argv) > 1 else passing).resolve()
+        folder = Path(given or passing).resolve()
         folder.mkdir(parents=True, exist_ok=True)
         run_commands(folder)
         found = {real.name: Diagnosis.read(folder / f"{real.name}_report") for real in SETS}
