@@ -146,7 +146,7 @@ class MatcherSettings(_Part):
         default=(9, 9), description="the disparity becomes the mean over, across and down [px]; odd"
     )
     smoothing_step: FiniteFloat = Field(
-        default=4.0, ge=0, le=64, description="the mean is of what differs by less, a ramp in place of a step [px]"
+        default=4.0, gt=0, le=64, description="the mean is of what differs by less, a ramp in place of a step [px]"
     )
     speckle_size: int = Field(default=60, ge=0, le=100_000, description="smaller patches are dropped [px]")
     speckle_step: FiniteFloat = Field(default=1.0, ge=0, le=64, description="most change within a patch [px]")

@@ -233,6 +233,7 @@ def test_the_profile_that_comes_with_depthsim_matches_images() -> None:
         ("{sensor: active_stereo, light: {moon: 1}}", "camera.light.moon: "),
         ("{sensor: active_stereo, light: {sun_direction: [0, 0, 0]}}", "sun_direction has no length"),
         ("{sensor: active_stereo, matcher: {window: [4, 3]}}", "window must be two odd numbers"),
+        ("{sensor: active_stereo, matcher: {smoothing_step: 0}}", "greater than 0"),
         ("{sensor: active_stereo, matcher: {window: [41, 31]}}", "must fit in 16 bits"),
         ("{sensor: active_stereo, imager: {exposure: -1.0}}", "exposure must be auto or"),
         ("{sensor: active_stereo, projector: {field: [200, 57]}}", "field must be two angles"),
