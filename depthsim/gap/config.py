@@ -139,7 +139,7 @@ class DepthSelect(Section):
 
 
 class DepthAgreement(Section):
-    """Whether an effect acts where the gap lies. What a gap is made of: bias, noise, holes."""
+    """Whether an effect acts where the gap lies. What a gap is made of: bias, noise, holes, tails."""
 
     acts: float = _value(0.25, "of what an effect does, that is of one kind, for which the effect must then answer")
     sure: float = _value(3.0, "times what chance changes along an axis, below which nothing does")

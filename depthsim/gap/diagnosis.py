@@ -61,6 +61,11 @@ class Cut(_Part):
     what: What
     text: str = ""
 
+    @property
+    def names(self) -> set[str]:
+        """The axis, or the two that are joined."""
+        return set(self.axis.split(" x "))
+
     @model_serializer(mode="wrap")
     def _leave_out_what_is_not_there(self, handler: Any) -> dict[str, Any]:
         return {key: value for key, value in handler(self).items() if value is not None}

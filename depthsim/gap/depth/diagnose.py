@@ -255,10 +255,9 @@ def _acts_elsewhere(selection: Selection, first: Cut) -> bool:
     go together also changes how successive frames do.
     """
     causes = [effect_class(part.effect) for part in selection.model.parts]
-    along, kinds = set(first.axis.split(" x ")), {"tail", first.what} & {"tail", "correlation"}
-    if (
-        first.what == "bias" and "material" in along
-    ):  # biases are in units of a spread that each material has its own of
+    along, kinds = first.names, {"tail", first.what} & {"tail", "correlation"}
+    # Biases are in units of the simulator's spread, of which each material has its own.
+    if first.what == "bias" and "material" in along:
         along |= {"range"}
     return bool(causes) and not any(along & set(one.axes) or one.kinds[0] in kinds for one in causes)
 
@@ -268,7 +267,7 @@ def _first(where: Sequence[Cut]) -> Cut | None:
 
     Where it stands still every axis is one of places.
     """
-    anywhere = (cut for cut in where if not _PLACES & set(cut.axis.split(" x ")))
+    anywhere = (cut for cut in where if not _PLACES & cut.names)
     return next(anywhere, where[0] if where else None)
 
 
