@@ -116,6 +116,11 @@ class DepthSelect(Section):
         "of what a further cause closes, that must stay where a rival is there before it: a true cause closes its own "
         "part, the residual of a misfit is one for all that could take it up",
     )
+    left_alone: float = _value(
+        0.3,
+        "of how errors change along an axis of no other cause, that a further cause may leave which is named though "
+        "rivals come near, if none of those acts where the gap lies",
+    )
     rival: float = _value(0.25, "of what a further cause closes: effects that close less by themselves are no rivals")
     asked: int = _count(2, "times that an effect is refused, by itself and beside later causes, before it is left out")
     rounds: int = _count(2, "times that causes are looked for, when some are dropped at the end")
@@ -151,6 +156,10 @@ class DepthAgreement(Section):
         0.4, "of a gap: with so much changing along one axis, all kinds together, any cause must answer for that"
     )
     strong: float = _value(0.6, "of what changes along the first axis: with so much, an axis must not stay untouched")
+    beside: float = _value(
+        0.5,
+        "of what changes along an axis of another cause: with so much along one of its own, a cause is asked for that",
+    )
     left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
     well: float = _value(
         0.8,
@@ -309,6 +318,10 @@ class FlightSignificance(Section):
     )
     nearest_beside: float = _value(0.3, "the same beside a residual that is known to be there")
     left_of_all: float = _value(0.05, "of a gap's power: a cause that leaves less acts where it lies")
+    beside: float = _value(
+        0.5,
+        "of what changes along an axis of another cause: with so much along one of its own, a cause is asked for that",
+    )
     left_along: float = _value(0.5, "of what lies along the axis of its own that has most, that a cause may leave")
     left_by_wind: float = _value(
         0.15, "of a gap's power: more that can be learned beside a wind in time, and it is none"

@@ -1,6 +1,7 @@
 """Effects that come near a gap, and do not act where it lies."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, cast
@@ -34,7 +35,7 @@ AXES = [
     SimpleNamespace(name=name, names=set(name.split(" x ")), kind=0, size=8, single=" x " not in name)
     for name in ("range", "material", "range x material")
 ]
-BIAS, TAIL, ALL = (KINDS.index(kind) for kind in ("bias", "tail", "all"))
+BIAS, HOLES, TAIL, ALL = (KINDS.index(kind) for kind in ("bias", "missing", "tail", "all"))
 
 
 @pytest.fixture(scope="module")
@@ -132,6 +133,40 @@ def test_what_another_cause_leaves_along_its_axis_is_not_asked_of_the_next() -> 
     assert "along material" in str(rules.leaves_elsewhere(alone, BIAS))
     beside = asked("disparity_offset", gap, left, alone.does, before=(effect_class("material_noise")(),))
     assert rules.leaves_elsewhere(beside, BIAS) is None
+
+
+def test_what_the_effects_own_axis_leaves_is_not_held_against_what_is_crossed_with_it() -> None:
+    gap = changes(BIAS, 0.1, [0.05, 0, 0.06])
+    smooth_for_sharp = asked("disparity_offset", gap, changes(BIAS, 0.0, [0.03, 0, 0.04]), gap)
+    assert rules.leaves_crossed(smooth_for_sharp, BIAS) is None
+    elsewhere = asked("disparity_offset", gap, changes(BIAS, 0.0, [0.001, 0, 0.04]), gap)
+    assert "along range x material" in str(rules.leaves_crossed(elsewhere, BIAS))
+
+
+@given(st.floats(0.1, 1), st.floats(0, 1))
+def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: float, left: float) -> None:
+    """Holes by material, beside more of them that the formula of holes by range has left along the range."""
+    bound = DepthConfig().agreement
+    gap, does = changes(HOLES, 0.0, [0.03, 0.03 * beside, 0]), changes(HOLES, 0.0, [0, 0.03 * beside, 0])
+    one = asked(
+        "material_dropout", gap, changes(HOLES, 0.0, [0.03, 0.03 * beside * left, 0]), does,
+        before=(effect_class("range_dropout")(),),
+    )  # fmt: skip
+    own = beside >= bound.beside
+    assert (rules.is_of(one, HOLES) is None) == own
+    assert (one.beside(HOLES) == 1) == (beside > 0)
+    if own:
+        assert (rules.leaves(one, HOLES) is None) == (left <= bound.left_along)
+    alone = asked("material_dropout", gap, one.left, does)
+    assert "along range" in str(rules.leaves(alone, HOLES))
+
+
+def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:
+    none = changes(HOLES, 0.1, [0, 0, 0])
+    together = replace(none, together=0.1)
+    assert "independent" in str(rules.goes_together(asked("fill_rate", none, together, none)))
+    beside = asked("fill_rate", none, together, none, before=(effect_class("spatial_correlation")(),))
+    assert rules.goes_together(beside) is None
 
 
 @given(arrays(np.float64, (3, 35), elements=st.floats(0, 1e4)))

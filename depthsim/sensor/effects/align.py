@@ -111,7 +111,7 @@ class AlignToColor(Effect):
     rank: ClassVar[int] = 100
     moves_camera: ClassVar[bool] = True
     source: ClassVar[str] = "librealsense, src/proc/align: depth to another stream, the way without SSE"
-    axes = ("edge_distance", "pixel_neighbours", "image_column", "image_position")
+    axes = ("edge_distance", "pixel_neighbours", "image_column", "image_position", "incidence")
     kinds = ("missing", "correlation", "tail", "spread", "bias")
     recording = "near objects before a far wall, with the driver's alignment off and on"
 

@@ -73,14 +73,14 @@ class Replay:
         """What rays meet. known: the frame, of whose own camera what straight ones meet is known.
 
         The last few casts of bent rays for fitting are kept: the bank is tried on top of one bent sensor. Those of the
-        many more pixels that are decimated are not.
+        many more pixels that are decimated are not, unless they are of straight rays.
         """
         own, camera, right = bending(effects), pipeline.camera, any(effect.needs_right for effect in effects)
         if known is not None and camera == known.camera and not own:
             return known.geometry
-        if known is None and not own:
+        if not own:
             return self._before(pipeline, exposure, right)
-        keeps = known is not None and own and exposure.seed == FITTING and camera.width <= known.camera.left.width
+        keeps = known is not None and exposure.seed == FITTING and camera.width <= known.camera.left.width
         kept = self._casts.get(exposure.index, []) if keeps else []
         for eye, others, with_right, cast in kept:
             if (eye, others) == (camera, own) and (with_right or not right):
@@ -91,7 +91,7 @@ class Replay:
         return met
 
     def _before(self, pipeline: Pipeline, exposure: Exposure, right: bool) -> Geometry:
-        """What straight rays meet in a frame before those that are looked at; the last ones are kept."""
+        """What straight rays meet in a frame that is not known; the last ones are kept."""
         camera = pipeline.camera
         key = camera, right, exposure.stamp, exposure.pose.tobytes()
         with self._lock:

@@ -42,6 +42,24 @@ def makes_steps(validator: Validator, effect: type[Effect], before: Effects, aft
     return bool(gap[axis] > limit.steps and left[axis] < limit.left_along * gap[axis])
 
 
+def left_along(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> float | None:
+    """Share that ``effect`` leaves of how errors of the kind that it makes change along their first axis.
+
+    But for the axes of causes of that kind that are in ``before``, along which their formulas may leave some. None
+    where that axis is none of the effect's.
+    """
+    gap, left = validator.once(against, before), validator.once(against, after)
+    does = validator.once(done_by, before, after)
+    asked = Asked(validator, effect, before, gap, left, does, False, False, False)
+    if effect.kinds[0] == "correlation":
+        return rules.left_of_pairs(asked)
+    k = max((k for k in range(ALL) if KINDS[k] in effect.kinds), key=lambda k: float(does.whole[k]))
+    first = asked.beside(k)
+    if first is None or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
+        return None
+    return max(float(left.varies[k, first]), 0.0) / float(gap.varies[k, first])
+
+
 def disagreement(
     validator: Validator,
     effect: type[Effect],

@@ -9,7 +9,7 @@ from depthsim.draws import Seed
 from depthsim.gap.config import DepthAgreement
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.quantization import find_steps
-from depthsim.gap.depth.fit.changes import ALL, KINDS, Changes, Effects, cost, done_by, first_axis, worth_of
+from depthsim.gap.depth.fit.changes import ALL, KINDS, Changes, Effects, cost, done_by, worth_of
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.parameter import learned_of
@@ -58,6 +58,14 @@ class Asked:
         base, along = self.validator.evidence.base, self.validator.evidence.axes[axis].names
         named = (cause for cause in self.before if cause not in base and not learned_of(type(cause)))
         return [cause for cause in named if along & set(cause.axes)]
+
+    def beside(self, k: int) -> int | None:
+        """The axis along which a kind of gap changes most of those along which no other cause of that kind acts; None
+        where that is none of the effect's."""
+        sure, worth = worth_of(self.validator, self.gap, k)
+        theirs = [any(KINDS[k] in cause.kinds for cause in self.others(n)) for n in range(len(worth))]
+        axis = int(np.argmax(np.where(theirs, -np.inf, worth)))
+        return axis if sure[axis] and self.own[axis] else None
 
     def change_along(self, k: int, axis: int) -> str:
         """What changes along which axis, in words."""
@@ -116,7 +124,9 @@ def leaves(asked: Asked, k: int) -> str | None:
     if asked.learned:  # along its own axes as much is removed as other frames say for sure is there
         along[[axis.name in effect.axes for axis in axes]] = limit.untouched
     sure, worth = worth_of(asked.validator, gap, k)
-    first = int(np.argmax(worth))
+    first = _first(asked, k)
+    if first != int(np.argmax(worth)):  # that one is another cause's: what is closed along its own speaks for it
+        along[first] = limit.left_along
     if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
         return None
     if k == ALL and not asked.own[first] and asked.others(first):  # it is what they leave
@@ -135,13 +145,24 @@ def leaves(asked: Asked, k: int) -> str | None:
     return None
 
 
+def _first(asked: Asked, k: int) -> int:
+    """The axis along which a kind of gap changes most. One of another cause, whose formula may leave that, gives way to
+    one of the effect's own, if much changes along it."""
+    varies, first = asked.gap.varies[k], int(np.argmax(worth_of(asked.validator, asked.gap, k)[1]))
+    if k == ALL or asked.own[first] or not any(KINDS[k] in cause.kinds for cause in asked.others(first)):
+        return first
+    own = asked.beside(k)
+    return first if own is None or varies[own] < asked.limit.beside * varies[first] else own
+
+
 def is_of(asked: Asked, k: int) -> str | None:
     """Whether a kind of gap changes first along an axis of another cause of that kind, and none of the effect's.
 
     Then it is what that cause's own formula leaves, which many another effect takes up.
     """
-    first, gap = first_axis(asked.validator, asked.gap, k), asked.gap
-    if first is None or asked.own[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
+    first, gap = _first(asked, k), asked.gap
+    sure, _ = worth_of(asked.validator, gap, k)
+    if not sure[first] or asked.own[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
         return None
     for cause in asked.others(first):
         if KINDS[k] in cause.kinds:
@@ -165,16 +186,19 @@ def leaves_elsewhere(asked: Asked, k: int) -> str | None:
 
 
 def leaves_crossed(asked: Asked, k: int) -> str | None:
-    """Whether much is left along an axis of the effect's crossed with another one.
+    """Whether much is left along an axis of the effect's crossed with another one, beyond what is left along its own.
 
     What has the effect's axis and another shape, such as an offset of the disparities for a scale, comes near along
     that axis alone: other parameters make up for it. They cannot at every range on every material.
     """
     gap, limit = asked.gap, asked.limit
-    crossed = np.array([len(axis.names) > 1 for axis in asked.validator.evidence.axes])
+    axes = asked.validator.evidence.axes
+    crossed = np.array([len(axis.names) > 1 for axis in axes])
     seen = (gap.varies[k] >= limit.crossed * gap.whole[k]) & (gap.varies[k] >= limit.sure * gap.chance[k])
     for axis in map(int, np.flatnonzero(asked.own & crossed & seen)):
-        share = float(asked.left.varies[k, axis] / max(gap.varies[k, axis], 1e-12))
+        parts = [n for n in np.flatnonzero(asked.own & ~crossed) if axes[n].names < axes[axis].names]
+        alone = max([0.0, *asked.left.varies[k, parts]])
+        share = float((asked.left.varies[k, axis] - alone) / max(gap.varies[k, axis], 1e-12))
         if share > limit.left_along:
             return f"leaves {share:.0%} of how {asked.change_along(k, axis)}"
     return None
@@ -217,16 +241,22 @@ def not_itself(asked: Asked) -> str | None:
 
 def of_pairs(asked: Asked) -> str | None:
     """Whether an effect that makes errors go together leaves too much of how they do."""
+    left = left_of_pairs(asked)
+    return f"leaves {left:.0%} of how errors go together" if left > asked.limit.left_along else None
+
+
+def left_of_pairs(asked: Asked) -> float:
+    """Share that an effect leaves of how errors go together along its own axes."""
     axes = asked.validator.evidence.axes
     own = [n for n, axis in enumerate(axes) if axis.name in asked.effect.axes and axis.kind != histograms.ERROR]
-    before, after = float(asked.gap.pairs[own].sum()), float(asked.left.pairs[own].sum())
-    if after <= asked.limit.left_along * before:
-        return None
-    return f"leaves {after / max(before, 1e-12):.0%} of how errors go together"
+    return float(asked.left.pairs[own].sum()) / max(float(asked.gap.pairs[own].sum()), 1e-12)
 
 
 def goes_together(asked: Asked) -> str | None:
-    """Whether errors that an effect makes one by one go together in the recording."""
+    """Whether errors that an effect makes one by one go together in the recording, and no other cause makes them so."""
+    base = asked.validator.evidence.base
+    if any(cause.kinds[0] == "correlation" for cause in asked.before if cause not in base):
+        return None
     if not asked.alone or asked.left.together <= asked.limit.together * asked.does.whole[ALL]:
         return None
     return "adds errors that are independent, where those of the recording go together"

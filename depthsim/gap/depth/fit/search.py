@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.fit.agreement import disagreement, makes_steps
+from depthsim.gap.depth.fit.agreement import disagreement, left_along, makes_steps
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
@@ -62,6 +62,14 @@ class Search:
         part, before, after = model.parts[number], model.less(number).build(self.base), model.build(self.base)
         kind, flexible = effect_class(part.effect), self.is_flexible(part)
         return disagreement(self.validator, kind, before, after, alone=alone, flexible=flexible)
+
+    def acts(self, model: Model) -> bool:
+        """Whether the newest part of a model acts where the gap lies that the others leave."""
+        return self.disagreement(model, len(model.parts) - 1) is None
+
+    def left_along(self, model: Model) -> float | None:
+        """What the newest part of a model leaves, see :func:`agreement.left_along`."""
+        return left_along(self.validator, *self._newest(model))
 
     def makes_steps(self, model: Model) -> bool:
         """Whether the newest part of a model puts the disparities on the recording's steps."""

@@ -217,8 +217,11 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
     faint = search.config.significance.faint * chain.score.floor
     if closes_enough(gained, left, search.whole, faint, limit):
         return True
-    apart = gained >= max(faint, limit.further_apart * left)
-    return apart and all(_stays(search, gap, trial, other) for other in others)
+    if gained < max(faint, limit.further_apart * left):
+        return False
+    along = search.left_along(trial.model)
+    acts = along is not None and along <= limit.left_alone
+    return all(_stays(search, gap, trial, other) or (acts and not search.acts(other.model)) for other in others)
 
 
 def _is_alike(effect: str, named: Sequence[str]) -> bool:

@@ -1,0 +1,42 @@
+"""How what several causes close together is shared among them."""
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.shapley import credit
+from depthsim.gap.depth.fit.validate import Validator
+
+
+def shares(gaps: dict[str, float]) -> tuple[float, ...]:
+    """Of the causes "a", "b" ..., by the gap that is left with each set of them, such as "" and "ab"."""
+    validator = SimpleNamespace(
+        evidence=SimpleNamespace(config=DepthConfig(), base=()),
+        quick=lambda effects, _: gaps["".join(sorted(effects))],
+    )
+    parts = [
+        SimpleNamespace(free=(), build=lambda effects, _, name=name: (*effects, name)) for name in max(gaps, key=len)
+    ]
+    model = SimpleNamespace(parts=parts, x=np.empty(0), split=lambda _: [None] * len(parts))
+    return credit(cast("Validator", validator), (), cast("Model", model))
+
+
+def test_a_cause_that_another_hides_has_what_it_closes_once_that_is_there() -> None:
+    """Errors that go together are seen only where coarse steps are modelled: by themselves they make it worse."""
+    assert shares({"": 1.0, "a": 0.03, "b": 1.04, "ab": 0.01}) == pytest.approx((0.97, 0.02))
+
+
+def test_what_closes_nothing_has_nothing() -> None:
+    assert shares({"": 1.0, "a": 0.03, "b": 1.01, "ab": 0.04})[1] < 0
+
+
+@given(st.lists(st.floats(0, 1), min_size=8, max_size=8))
+def test_the_shares_are_what_all_close_together(gaps: list[float]) -> None:
+    sets = ["", "a", "b", "c", "ab", "ac", "bc", "abc"]
+    assert sum(shares(dict(zip(sets, gaps, strict=True)))) == pytest.approx(gaps[0] - gaps[-1], abs=1e-9)
