@@ -74,7 +74,7 @@ class SpatialFilter(Effect):
     # Where neighbours differ by more than delta, by noise far off or by a slant, it does nothing; what it does to edges
     # is the same in every frame.
     axes = ("pixel_neighbours", "edge_distance", "range", "incidence", "frame_neighbours")
-    kinds = ("correlation", "spread")
+    kinds = ("correlation", "spread", "bias")
     recording = "a sharp depth edge before a far background, with the camera's filters off and on"
 
     alpha: float = parameter(

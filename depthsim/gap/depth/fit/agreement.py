@@ -88,7 +88,7 @@ def disagreement(
     well = was - validator.quick(after) >= validator.evidence.config.agreement.well * (was - least)
     asked = Asked(validator, effect, before, gap, left, does, alone, flexible, well)
     if effect.kinds[0] == "correlation":
-        return rules.of_pairs(asked)
+        return rules.of_pairs(asked) or (rules.smooths_elsewhere(asked) if alone else None)
     for k in range(ALL):
         if _answers(asked, k) and (why := _of_kind(asked, k)):
             return why

@@ -77,16 +77,24 @@ def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: 
 
     Such as a drift over time that has come to its end with the first frame: any bias along range does as well.
     """
-    if not effect.axes or effect.axes[0] == "range" or effect.kinds[0] not in ("bias", "missing"):
+    if effect.kinds[0] not in ("bias", "missing"):
         return None  # noise is much the same all over where a camera moves evenly, or sees what is alike
-    if any(effect.id == there.id for there in validator.evidence.base):
-        return None
-    does = validator.once(done_by, before, after)
-    own = [n for n, axis in enumerate(validator.evidence.axes) if axis.name == effect.axes[0]]
-    least = validator.evidence.config.agreement.known_by * float(does.whole[ALL])
-    if not own or float(does.varies[ALL, own].max()) >= least:
+    if any(effect.id == there.id for there in validator.evidence.base) or shows_itself(
+        validator, effect, before, after
+    ):
         return None
     return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
+
+
+def shows_itself(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether an effect, as it is fitted, changes something along the axis it is known by, if that is seen at all."""
+    if not effect.axes or effect.axes[0] == "range":
+        return True
+    does = validator.once(done_by, before, after)
+    axes = enumerate(validator.evidence.axes)
+    own = [n for n, axis in axes if axis.name == effect.axes[0] and axis.kind == histograms.ERROR]
+    least = validator.evidence.config.agreement.known_by * float(does.whole[ALL])
+    return not own or float(does.varies[ALL, own].max()) >= least
 
 
 def unseen_step(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
@@ -127,11 +135,15 @@ def leaves(asked: Asked, k: int) -> str | None:
     first = _first(asked, k)
     if first != int(np.argmax(worth)):  # that one is another cause's: what is closed along its own speaks for it
         along[first] = limit.left_along
+    if asked.closes_well and _is_theirs(asked, k, first):
+        return None
     if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
         return None
     if k == ALL and not asked.own[first] and asked.others(first):  # it is what they leave
         return None
     uniform = whole * (limit.uniform_tails if KINDS[k] == "tail" else limit.uniform)
+    if asked.closes_well and not asked.alone:  # what changes may be for a cause that is still to be found
+        uniform = whole * limit.mostly
     if not sure[first] or gap.varies[k, first] <= uniform:
         share = float(left.whole[k]) / whole
         return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > most * limit.left_of_uniform else None
@@ -145,11 +157,16 @@ def leaves(asked: Asked, k: int) -> str | None:
     return None
 
 
+def _is_theirs(asked: Asked, k: int, axis: int) -> bool:
+    """Whether an axis is one of another cause of that kind, and none of the effect's."""
+    return not asked.own[axis] and any(KINDS[k] in cause.kinds for cause in asked.others(axis))
+
+
 def _first(asked: Asked, k: int) -> int:
     """The axis along which a kind of gap changes most. One of another cause, whose formula may leave that, gives way to
     one of the effect's own, if much changes along it."""
     varies, first = asked.gap.varies[k], int(np.argmax(worth_of(asked.validator, asked.gap, k)[1]))
-    if k == ALL or asked.own[first] or not any(KINDS[k] in cause.kinds for cause in asked.others(first)):
+    if k == ALL or not _is_theirs(asked, k, first):
         return first
     own = asked.beside(k)
     return first if own is None or varies[own] < asked.limit.beside * varies[first] else own
@@ -161,6 +178,8 @@ def is_of(asked: Asked, k: int) -> str | None:
     Then it is what that cause's own formula leaves, which many another effect takes up.
     """
     first, gap = _first(asked, k), asked.gap
+    if asked.closes_well:  # so much of what is left by all others is not their formulas' alone
+        return None
     sure, _ = worth_of(asked.validator, gap, k)
     if not sure[first] or asked.own[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
         return None
@@ -186,11 +205,13 @@ def leaves_elsewhere(asked: Asked, k: int) -> str | None:
 
 
 def leaves_crossed(asked: Asked, k: int) -> str | None:
-    """Whether much is left along an axis of the effect's crossed with another one, beyond what is left along its own.
+    """Whether much bias is left along an axis of the effect's crossed with another one, beyond what is along its own.
 
     What has the effect's axis and another shape, such as an offset of the disparities for a scale, comes near along
     that axis alone: other parameters make up for it. They cannot at every range on every material.
     """
+    if KINDS[k] != "bias":  # another formula of noise or holes leaves as much
+        return None
     gap, limit = asked.gap, asked.limit
     axes = asked.validator.evidence.axes
     crossed = np.array([len(axis.names) > 1 for axis in axes])
@@ -243,6 +264,27 @@ def of_pairs(asked: Asked) -> str | None:
     """Whether an effect that makes errors go together leaves too much of how they do."""
     left = left_of_pairs(asked)
     return f"leaves {left:.0%} of how errors go together" if left > asked.limit.left_along else None
+
+
+def smooths_elsewhere(asked: Asked) -> str | None:
+    """Whether an effect that makes errors go together, and their spread less by that, leaves how that changes.
+
+    What a filter smooths it smooths everywhere but near edges; another formula leaves much there.
+    """
+    k, gap = KINDS.index("spread"), asked.gap
+    if KINDS[k] not in asked.effect.kinds:
+        return None
+    sure, worth = worth_of(asked.validator, gap, k)
+    first = int(np.argmax(worth))
+    if not sure[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k] or asked.others(first):
+        return None
+    share = float(asked.left.varies[k, first] / gap.varies[k, first])
+    near_edges = "edge_distance" in asked.validator.evidence.axes[first].names
+    return (
+        None
+        if near_edges or share <= asked.limit.left_along
+        else f"leaves {share:.0%} of how {asked.change_along(k, first)}"
+    )
 
 
 def left_of_pairs(asked: Asked) -> float:

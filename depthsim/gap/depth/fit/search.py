@@ -10,7 +10,7 @@ from depthsim.gap.depth.fit.agreement import disagreement, left_along, makes_ste
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
-from depthsim.gap.depth.fit.rules import is_idle
+from depthsim.gap.depth.fit.rules import is_idle, shows_itself
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.selection import plainest
 from depthsim.sensor.effect import Effect, effect_class
@@ -78,6 +78,11 @@ class Search:
     def stands_for_another(self, model: Model) -> bool:
         """Whether the newest part of a model, as it is fitted, is not itself: its place is another one's."""
         return is_idle(self.validator, *self._newest(model)) is not None
+
+    def shows_itself(self, model: Model, number: int) -> bool:
+        """Whether one part of a model, as it is fitted, makes what it is known by."""
+        before, after = model.less(number).build(self.base), model.build(self.base)
+        return shows_itself(self.validator, effect_class(model.parts[number].effect), before, after)
 
     def _newest(self, model: Model) -> tuple[type[Effect], Sequence[Effect], Sequence[Effect]]:
         before = model.less(len(model.parts) - 1).build(self.base)

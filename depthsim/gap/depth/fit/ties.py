@@ -21,6 +21,8 @@ def compare_rivals(
 ) -> tuple[Model, Ties]:
     """The model with the best of each cause's rivals, and the equals of each cause.
 
+    What makes nothing of what it is known by, such as noise by motion that is the same all the time, takes no place.
+
     looked, before: the leaders of each step, and the gap before it.
     """
     ties: Ties = {}
@@ -40,7 +42,8 @@ def compare_rivals(
             other = instead(search, model, cause, rival)
             if search.disagreement(other.model, _number(other.model, name)) is not None:
                 continue
-            if other.gap < gap - limit.tied * search.whole:
+            itself = search.shows_itself(other.model, _number(other.model, name))
+            if itself and other.gap < gap - limit.tied * search.whole:
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
                 cause = name
