@@ -142,7 +142,8 @@ def leaves(asked: Asked, k: int) -> str | None:
     if k == ALL and not asked.own[first] and asked.others(first):  # it is what they leave
         return None
     uniform = whole * (limit.uniform_tails if KINDS[k] == "tail" else limit.uniform)
-    if asked.closes_well and not asked.alone:  # what changes may be for a cause that is still to be found
+    beside = any(cause not in asked.validator.evidence.base for cause in asked.before)
+    if asked.closes_well and beside and not asked.alone:  # what changes may be for a cause that is still to be found
         uniform = whole * limit.mostly
     if not sure[first] or gap.varies[k, first] <= uniform:
         share = float(left.whole[k]) / whole
