@@ -135,7 +135,7 @@ def leaves(asked: Asked, k: int) -> str | None:
     first = _first(asked, k)
     if first != int(np.argmax(worth)):  # that one is another cause's: what is closed along its own speaks for it
         along[first] = limit.left_along
-    if asked.closes_well and _is_theirs(asked, k, first):
+    if _is_more(asked, k) and _is_theirs(asked, k, first):
         return None
     if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
         return None
@@ -163,6 +163,12 @@ def _is_theirs(asked: Asked, k: int, axis: int) -> bool:
     return not asked.own[axis] and any(KINDS[k] in cause.kinds for cause in asked.others(axis))
 
 
+def _is_more(asked: Asked, k: int) -> bool:
+    """Whether so much is closed of what others leave that it is not for their formulas alone. Two biases come near to a
+    third, such as an offset and a distortion of the lens to a scale that is wrong."""
+    return asked.closes_well and KINDS[k] != "bias"
+
+
 def _first(asked: Asked, k: int) -> int:
     """The axis along which a kind of gap changes most. One of another cause, whose formula may leave that, gives way to
     one of the effect's own, if much changes along it."""
@@ -179,7 +185,7 @@ def is_of(asked: Asked, k: int) -> str | None:
     Then it is what that cause's own formula leaves, which many another effect takes up.
     """
     first, gap = _first(asked, k), asked.gap
-    if asked.closes_well:  # so much of what is left by all others is not their formulas' alone
+    if _is_more(asked, k):
         return None
     sure, _ = worth_of(asked.validator, gap, k)
     if not sure[first] or asked.own[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
