@@ -69,7 +69,16 @@ def noise_level(image: NDArray[np.float32]) -> float:
     bent = above - 2 * here + below
     bent = np.abs(bent[:, :-2] - 2 * bent[:, 1:-1] + bent[:, 2:])
     # 0.3853 is the third decile of the absolute value of a standard normal number.
-    return float(np.percentile(bent, 30)) / (6 * 0.3853)
+    return _third_decile(bent.ravel()) / (6 * 0.3853)
+
+
+def _third_decile(values: NDArray[np.float32]) -> float:
+    """As NumPy's percentile has it, which imports masked arrays: 0.02 s of a start."""
+    place = 0.3 * (values.size - 1)
+    below = int(place)
+    above = min(below + 1, values.size - 1)
+    low, high = np.partition(values, [below, above])[[below, above]]
+    return float(low + (high - low) * (place - below))
 
 
 @inlined
