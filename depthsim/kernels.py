@@ -31,6 +31,7 @@ def _leave_blas_alone() -> None:
 
 _leave_blas_alone()
 
+
 class _Cache(FunctionCache):
     """numba's own, but what numba knows to compile is not read for what is compiled: 0.07 s less at every start."""
 
