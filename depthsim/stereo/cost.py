@@ -85,7 +85,7 @@ def _third_decile(values: NDArray[np.float32]) -> float:
 def _next_column(code, codes, x, lanes, padded, at, sums):
     """Add the bits that differ between ``code``, in column ``x``, and ``codes`` to sums, in place of those ``at``.
 
-    Addresses: codes of the right image at x, x - 1, ...; lanes: 0 to 63; at: bytes, of as many rows before; sums: words.
+    Addresses: codes of the right image at x, x - 1, ...; lanes: 0 to 63; at: bytes, of rows before; sums: words.
     """
     for d in range(0, padded, LANES):
         bits = differing_bits(code, codes + 8 * d, LANES)
