@@ -58,7 +58,7 @@ def kernel(function: Callable[..., Any]) -> Any:
     Where neither the package's folder nor the user's can be written, it is compiled anew at every start. numba looks at
     a kernel's own file alone: after a change in a file whose functions other kernels call, delete the ``*.nbi`` files.
     """
-    compiled = njit(nogil=True, error_model="numpy")(function)
+    compiled: Any = njit(nogil=True, error_model="numpy")(function)
     try:
         compiled._cache = _Cache(function)
     except RuntimeError:
