@@ -45,7 +45,7 @@ class _Cache(FunctionCache):
         try:
             return super().load_overload(sig, target_context)
         finally:
-            del target_context.refresh
+            vars(target_context).pop("refresh", None)  # what is unpickled may have been here itself
 
 
 inlined = njit(nogil=True, error_model="numpy", inline="always")
