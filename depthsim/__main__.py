@@ -1,5 +1,6 @@
 """The `depthsim` command. Little is imported before :func:`main` runs, so that Ctrl-C is one line at any moment."""
 
+import gc
 import os
 import sys
 
@@ -23,7 +24,13 @@ def main() -> None:
         sys.exit(_INTERRUPTED)
 
 
+_GARBAGE = 100_000
+"""New objects between two looks for garbage. Python's 700 have the modules that are imported looked through again and
+again, for a tenth of a second of every start."""
+
+
 def _run() -> None:
+    gc.set_threshold(_GARBAGE)
     # One thread for the little linear algebra there is: the kernels have the cores, and those of BLAS would spin beside
     # them. Before numpy is imported, or it is too late.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

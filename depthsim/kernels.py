@@ -6,6 +6,8 @@ from typing import Any
 
 from numba import njit
 from numba.core import event
+from numba.core.caching import FunctionCache
+from numba.core.runtime import rtsys
 
 _log = logging.getLogger(__name__)
 
@@ -29,6 +31,23 @@ def _leave_blas_alone() -> None:
 
 _leave_blas_alone()
 
+
+class _Cache(FunctionCache):
+    """numba's own, but what numba knows to compile is not read for what is compiled: 0.07 s less at every start."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """What was compiled for ``sig``, or None; the compiler itself reads all that it needs when it begins.
+
+        numba holds its one lock around this.
+        """
+        rtsys.initialize(target_context)  # kernels ask it for memory
+        target_context.refresh = lambda: None
+        try:
+            return super().load_overload(sig, target_context)
+        finally:
+            vars(target_context).pop("refresh", None)  # what is unpickled may have been here itself
+
+
 inlined = njit(nogil=True, error_model="numpy", inline="always")
 """For the parts of kernels."""
 
@@ -39,11 +58,12 @@ def kernel(function: Callable[..., Any]) -> Any:
     Where neither the package's folder nor the user's can be written, it is compiled anew at every start. numba looks at
     a kernel's own file alone: after a change in a file whose functions other kernels call, delete the ``*.nbi`` files.
     """
+    compiled: Any = njit(nogil=True, error_model="numpy")(function)
     try:
-        return njit(nogil=True, cache=True, error_model="numpy")(function)
+        compiled._cache = _Cache(function)
     except RuntimeError:
         _watch.how_often = "at every start, as nowhere can be written (NUMBA_CACHE_DIR names a folder)"
-        return njit(nogil=True, error_model="numpy")(function)
+    return compiled
 
 
 class _Watch(event.Listener):

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from numba import njit
 
 from depthsim import kernels
 from depthsim.sweep.pool import Pool
@@ -59,6 +58,16 @@ def test_it_is_reported_once_and_not_on_the_next_start(tmp_path: Path) -> None:
     assert at_terminal("-c", TINY, cache=tmp_path) == "done\n"
 
 
+def test_what_is_compiled_is_loaded_without_what_numba_compiles_by(tmp_path: Path) -> None:
+    code = "import atexit, sys; atexit.register(lambda: print('numba.np.npyimpl' in sys.modules))" + TINY
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    starts = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+        for _ in range(2)
+    ]
+    assert [start.stdout for start in starts] == ["done\nTrue\n", "done\nFalse\n"]
+
+
 def test_what_is_read_by_a_program_has_no_such_line(tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     made = subprocess.run([sys.executable, "-c", TINY], capture_output=True, text=True, env=environment, check=True)
@@ -68,12 +77,10 @@ def test_what_is_read_by_a_program_has_no_such_line(tmp_path: Path) -> None:
 def test_where_nothing_can_be_kept_the_line_says_so(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    def without_a_cache(*, cache: bool = False, **keys: Any) -> Any:
-        if cache:
-            raise RuntimeError("no locator available")  # as numba says it
-        return njit(**keys)
+    def nowhere(function: Any) -> Any:
+        raise RuntimeError("no locator available")  # as numba says it
 
-    monkeypatch.setattr(kernels, "njit", without_a_cache)
+    monkeypatch.setattr(kernels, "_Cache", nowhere)
     monkeypatch.setattr(kernels._watch, "how_often", "once")
     monkeypatch.setattr(kernels._watch, "_logged", False)
 

@@ -69,29 +69,32 @@ def noise_level(image: NDArray[np.float32]) -> float:
     bent = above - 2 * here + below
     bent = np.abs(bent[:, :-2] - 2 * bent[:, 1:-1] + bent[:, 2:])
     # 0.3853 is the third decile of the absolute value of a standard normal number.
-    return float(np.percentile(bent, 30)) / (6 * 0.3853)
+    return _third_decile(bent.ravel()) / (6 * 0.3853)
+
+
+def _third_decile(values: NDArray[np.float32]) -> float:
+    """As NumPy's percentile has it, which imports masked arrays: 0.02 s of a start."""
+    place = 0.3 * (values.size - 1)
+    below = int(place)
+    above = min(below + 1, values.size - 1)
+    low, high = np.partition(values, [below, above])[[below, above]]
+    return float(low + (high - low) * (place - below))
 
 
 @inlined
-def _next_row(left, right, flipped, lanes, padded, ring, column):
-    """Add the bits that differ between left[x] and right[x - d] to the sums down the window, in place of ``ring``'s.
+def _next_column(code, codes, x, lanes, padded, at, sums):
+    """Add the bits that differ between ``code``, in column ``x``, and ``codes`` to sums, in place of those ``at``.
 
-    flipped: what the right row is turned in. lanes: address of 0 to 63. ring: (W, P), of as many rows before.
+    Addresses: codes of the right image at x, x - 1, ...; lanes: 0 to 63; at: bytes, of rows before; sums: words.
     """
-    width = left.size
-    # The right row backwards, so that d runs upwards in memory.
-    for x in range(width):
-        flipped[x] = right[width - 1 - x]
-    for x in range(width):
-        at, sums, codes = ring[x].ctypes.data, column[x].ctypes.data, flipped[width - 1 - x :].ctypes.data
-        for d in range(0, padded, LANES):
-            bits = differing_bits(left[x], codes + 8 * d, LANES)
-            if x < padded:
-                inside = load_bytes(lanes, LANES) < np.uint8(min(max(x + 1 - d, 0), LANES))
-                bits = choose(inside, bits, np.uint8(OUTSIDE))
-            more = widen(bits) - widen(load_bytes(at + d, LANES))
-            store(at + d, bits)
-            store(sums + 2 * d, load_words(sums + 2 * d, LANES) + more)
+    for d in range(0, padded, LANES):
+        bits = differing_bits(code, codes + 8 * d, LANES)
+        if x < padded:
+            inside = load_bytes(lanes, LANES) < np.uint8(min(max(x + 1 - d, 0), LANES))
+            bits = choose(inside, bits, np.uint8(OUTSIDE))
+        more = widen(bits) - widen(load_bytes(at + d, LANES))
+        store(at + d, bits)
+        store(sums + 2 * d, load_words(sums + 2 * d, LANES) + more)
 
 
 def shift_of(window: tuple[int, int]) -> int:
@@ -117,21 +120,29 @@ def cost_rows(start, stop, left, right, disparities, across, down, shift, out): 
     sums = run.ctypes.data
     for v in range(start - 2 * down, stop):
         y = min(max(v + down, 0), height - 1)
-        _next_row(left[y], right[y], flipped, lanes.ctypes.data, padded, ring[(v + down) % size], column)
-        if v < start:
-            continue
-        run[:] = np.uint16(0)
-        for k in range(-across - 1, across):
-            part = column[min(max(k, 0), width - 1)]
-            for d in range(padded):
-                run[d] = np.uint16(run[d] + part[d])
+        row, oldest = left[y], ring[(v + down) % size]
+        # The right row backwards, so that d runs upwards in memory.
         for x in range(width):
-            entering = column[min(x + across, width - 1)].ctypes.data
-            leaving, to = column[max(x - across - 1, 0)].ctypes.data, out[v, x].ctypes.data
+            flipped[x] = right[y, width - 1 - x]
+        # A sum along the row takes in a column as soon as that is known: then it is still in the fastest memory.
+        for k in range(width + across):
+            x = min(k, width - 1)
+            entering = column[x].ctypes.data
+            if k < width:
+                codes = flipped[width - 1 - x :].ctypes.data
+                _next_column(row[x], codes, x, lanes.ctypes.data, padded, oldest[x].ctypes.data, entering)
+            if v < start:
+                continue
+            if k == 0:
+                # As if the first column stood in all places of the window.
+                for d in range(padded):
+                    run[d] = np.uint16(column[0, d] * (2 * across + 1))
+            leaving, at = column[max(k - 2 * across - 1, 0)].ctypes.data, max(k - across, 0)
+            to = out[v, at].ctypes.data
             for d in range(0, padded, LANES):
                 total = load_words(sums + 2 * d, LANES) + load_words(entering + 2 * d, LANES)
                 total = total - load_words(leaving + 2 * d, LANES)
                 store(sums + 2 * d, total)
                 store(to + d, narrow(total, np.uint16(shift)))
             for d in range(disparities, padded):
-                out[v, x, d] = np.uint8(255)
+                out[v, at, d] = np.uint8(255)

@@ -93,7 +93,8 @@ class Matcher:
         )
         split(refine.arms_of_rows, height, threads, whole, across, down, arms)
         start[:] = whole
-        np.copyto(out, np.where(whole < 0, start, fine))
+        out[:] = fine
+        np.copyto(out, -1, where=whole < 0)
         for _ in range(settings.steps):
             before, out = out, before
             split(refine.shift_rows, height, threads, smooth[0], smooth[1], arms[:2], before, sums)

@@ -6,7 +6,7 @@ import numpy as np
 import typer
 from typer.testing import CliRunner
 
-from benchmarks.stereo_presets import at_pixels_of, beside_the_chip, holes_of
+from benchmarks.stereo_presets import at_pixels_of, beside_the_chip, hidden_from, holes_of
 
 
 def test_shares_are_of_what_the_chip_has_and_has_not() -> None:
@@ -28,6 +28,27 @@ def test_cracks_and_what_touches_the_border_are_no_holes() -> None:
     expected = np.zeros_like(valid)
     expected[12:20, 12:22] = True
     assert (holes_of(valid) == expected).all()
+
+
+def test_a_camera_on_the_left_does_not_see_what_is_right_of_a_plate() -> None:
+    disparity = np.full((3, 60), 10, np.float32)
+    disparity[:, 20:30] = 40
+    disparity[1, 30:36] = -1  # a hole is what lies behind
+    hidden = hidden_from(disparity, 0.25)
+    expected = np.zeros_like(hidden)
+    expected[:, 30:36] = True  # a quarter of the step of 30 px is 7.5 px, less half a pixel at both ends
+    assert (hidden == expected).all()
+    assert not hidden_from(disparity, 0.0).any()
+
+
+def test_what_no_colour_camera_saw_is_no_hole() -> None:
+    chip = np.full((40, 40), 10, np.float32)
+    chip[10:20, 10:20] = 0
+    hidden = np.zeros(chip.shape, bool)
+    hidden[:, :15] = True
+    found = np.where(hidden, np.float32(10), chip)
+    assert beside_the_chip(found, chip)["filled where the chip is empty"] == 50
+    assert beside_the_chip(found, chip, hidden)["filled where the chip is empty"] == 0
 
 
 def test_pictures_of_another_size_have_the_nearest_values() -> None:

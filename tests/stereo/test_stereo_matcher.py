@@ -378,6 +378,13 @@ def test_noise_is_distinguished_from_texture() -> None:
     assert abs(cost.noise_level(noisy.astype(np.float32)) - 3) < 0.7
 
 
+@pytest.mark.parametrize("size", [(3, 3), (40, 31), (201, 77)])
+def test_the_noise_is_that_of_the_third_decile(size: tuple[int, int]) -> None:
+    image = np.random.default_rng(8).integers(0, 90, size).astype(np.float32)
+    bent = ndimage.convolve(image, [[1, -2, 1], [-2, 4, -2], [1, -2, 1]])[1:-1:9, 1:-1]
+    assert cost.noise_level(image) == pytest.approx(np.percentile(np.abs(bent), 30) / 2.3118, rel=1e-6)
+
+
 def test_no_disparity_is_no_depth() -> None:
     depth = to_depth(np.array([-1, 0, 2, 4], np.float32), 8.0)
     assert depth.tolist() == [0, 0, 4, 2]
