@@ -10,6 +10,7 @@ what it costs    the figures that a robot's software sees, of the recording and 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -220,8 +221,9 @@ def _which(validator: Validator, without: Sequence[str], errors: PoseErrors | No
     if not any(isinstance(effect, PoseNoise) for effect in evidence.base):
         # Registration is the better test of the poses: what it does not find, no fit of their spread may.
         without = (*without, PoseNoise.id)
-    learned = {}
-    if FixedPattern.id not in without and (pattern := learn_pattern(evidence)) is not None:
+    doubled = evidence.doubled if AlignToColor.id not in without else None
+    learned: dict[str, dict[str, Any]] = {}
+    if FixedPattern.id not in without and (pattern := learn_pattern(evidence, doubled)) is not None:
         learned[FixedPattern.id] = pattern.effect().model_dump()
     bank = candidates(evidence.base, setting_of(evidence, learned, errors), without, evidence.config.fit)
     return select(evidence, validator, bank, say)

@@ -188,9 +188,11 @@ def _leaders(search: Search, chain: _Chain) -> list[Trial]:
 
 def _first_supported(search: Search, chain: _Chain, leaders: Sequence[Trial]) -> Trial | None:
     """The leader that closes most of those that close enough and act where the gap lies."""
-    left = sorted(leaders, key=lambda trial: (trial is not leaders[0], trial.gap))
+    doubled = {id(trial) for trial in leaders if search.makes_doubling(trial.model, len(trial.model.parts) - 1)}
+    # What resamples the picture comes first: beside it the size of all noise and the place of a pattern are others.
+    left = sorted(leaders, key=lambda trial: (id(trial) not in doubled, trial is not leaders[0], trial.gap))
     for best in left[:]:
-        if not _closes_enough(search, chain, best, left):
+        if id(best) not in doubled and not _closes_enough(search, chain, best, left):
             continue
         why = search.disagreement(best.model, len(best.model.parts) - 1)
         if why is None:
@@ -255,6 +257,8 @@ def _prune(search: Search, chain: _Chain) -> None:
     """Without the causes that later ones have made needless. They do not come back, or two could go round for ever."""
     model = chain.model or Model((), np.empty(0))
     for number in range(len(model.parts) - 2, -1, -1):
+        if search.makes_doubling(model, number):
+            continue
         effect, without = model.parts[number].effect, search.validated(search.fit(model.less(number), 3))
         if without.gap - chain.gap < search.config.select.least * search.whole:
             search.say(f"{effect} is no longer needed")
@@ -274,7 +278,8 @@ def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:
             continue
         wrong = [k for k, why in enumerate(reasons) if why is not None]
         least = int(np.argmin(shares))
-        if len(shares) > 1 and shares[least] < search.config.significance.faint * search.floor:
+        faint = len(shares) > 1 and shares[least] < search.config.significance.faint * search.floor
+        if faint and not search.makes_doubling(model, least):
             worst, why = least, "closes next to nothing beside the others"
         elif wrong:
             worst = min(wrong, key=lambda k: shares[k])
