@@ -81,7 +81,9 @@ def learn_pattern(evidence: Evidence, doubled: tuple[float, float] | None = None
         return None
     run = evidence.run
     if doubled is not None:
-        run = replace(run, camera=AlignToColor(zoom=doubled[0], roll=float(np.clip(doubled[1], -5, 5))).stored(run.camera))
+        run = replace(
+            run, camera=AlignToColor(zoom=doubled[0], roll=float(np.clip(doubled[1], -5, 5))).stored(run.camera)
+        )
     found = learn(run, evidence.caster, frames)
     return None if found.is_none else found
 
@@ -243,7 +245,9 @@ class _Learner:
     def _krige(self, whole: _Sums, sums: Sequence[_Sums], found: float, size: Floats) -> Floats:
         """(rows, columns) the posterior mean at the knots, which lie two within the lag of half correlation."""
         seen = [whole.weight.any(axis=axis).nonzero()[0] for axis in (1, 0)]
-        pixels = np.array([np.ptp(places) + 1 if places.size else n for places, n in zip(seen, self.shape, strict=True)])
+        pixels = np.array(
+            [np.ptp(places) + 1 if places.size else n for places, n in zip(seen, self.shape, strict=True)]
+        )
         wanted = np.minimum(2 * pixels / size + 1, pixels)
         if wanted.prod() > _MOST_KNOTS:  # fewer in the direction that has more, and in both where that is not enough
             less = max(_MOST_KNOTS / wanted.prod(), wanted.min() / wanted.max())

@@ -80,6 +80,16 @@ class Search:
         kind = effect_class(model.parts[number].effect)
         return makes_doubling(self.validator, kind, model.less(number).build(self.base), model.build(self.base))
 
+    def begun(self, effects: Sequence[str]) -> Model:
+        """Effects of the bank where they begin best, one beside the other and nothing fitted."""
+        model = Model((), np.empty(0))
+        target, roots = self._targets[len(self._few)], self._roots(self._few)
+        for effect in effects:
+            base = model.build(self.base)
+            found = [start(one, base, roots(base), target, roots)[0] for one in self.bank if one.effect == effect]
+            model = model.plus(min(found, key=lambda begun: begun.loss))
+        return model
+
     def step(
         self, so_far: Model | None, earlier: Sequence[Trial] = (), is_out: Callable[[str], bool] = lambda _: False
     ) -> list[Trial]:
@@ -110,7 +120,7 @@ class Search:
         return sorted(found, key=lambda trial: trial is not first)
 
     def _leading(self, screened: Sequence[Model], base: Sequence[Effect]) -> list[Model]:
-        """The leaders, of which not all make one kind of error, and what may make the recording's steps or doubled rows.
+        """The leaders, of which not all make one kind of error, and whatever may make the recording's steps.
 
         And of each kind of the gap the first that acts along the axis on which that changes most.
         """
@@ -120,7 +130,7 @@ class Search:
             kind = effect_class(model.parts[-1].effect)
             alike = [m for m in found if effect_class(m.parts[-1].effect).kinds[0] == kind.kinds[0]]
             leads = len(found) < self.config.fit.leaders and len(alike) < self.config.fit.leaders_of_kind
-            if leads or (steps and kind.axes[:1] == ("disparity_phase",)) or self._may_double(kind):
+            if leads or (steps and kind.axes[:1] == ("disparity_phase",)):
                 found.append(model)
         for kind_of_gap, along in first_axes(self.validator, base):
             acting = (m for m in screened if _acts(m.parts[-1].effect, kind_of_gap, along))
@@ -180,10 +190,6 @@ class Search:
         fine = fit.model_copy(update={"least_gain": fit.refined_gain})
         return refine(best_neighbour(model, *arguments), *arguments, fine, fit.refined_rounds, both_sides=True)
 
-    def _may_double(self, kind: type[Effect]) -> bool:
-        """Whether an effect may make the recording's doubled rows."""
-        return kind.moves_camera and self.evidence.doubled is not None
-
     def _screen(self, so_far: Model | None, is_out: Callable[[str], bool]) -> list[Model]:
         """The bank on top of ``so_far``, best first, after a first look; of each effect its best form."""
         taken = {part.effect for part in so_far.parts} if so_far else set()
@@ -198,8 +204,7 @@ class Search:
             self.say(f"looking at {self.bank[number].effect}, {number + 1} of {len(self.bank)}")
             begun[number] = start(self.bank[number], base, here, target, roots)
         most = self.config.fit.looked_at if so_far is None else self.config.fit.looked_at_again
-        doubling = [k for k in open_to if self._may_double(effect_class(self.bank[k].effect))]
-        open_to = sorted({*worth_a_look({k: begun[k][1] for k in open_to}, most), *doubling})
+        open_to = worth_a_look({k: begun[k][1] for k in open_to}, most)
         best: dict[tuple[str, bool], Model] = {}
         for number in open_to:
             candidate = self.bank[number]

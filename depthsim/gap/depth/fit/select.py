@@ -76,15 +76,24 @@ class _Chain:
         return self.refused.nearest(self.named, self.config)
 
 
-def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], say: Say) -> Selection:
+def select(
+    evidence: Evidence, validator: Validator, bank: Sequence[Candidate], say: Say, shown: Sequence[str] = ()
+) -> Selection:
     """One cause after the other, as long as the frames of ``validator`` support it. bank: what may be wrong.
+
+    shown: effects that the recording shows without a fit. They are there before others are looked for, and are asked
+    at the end as all causes are.
 
     What closes most by itself may be near to two causes together. So where something is left, the next of the
     effects that came first is put in its place, and causes are looked for once more.
     """
     score = validator.score(evidence.base)
     search = Search(evidence, validator, bank, score.gap, score.floor, say)
-    chain = _chain(search, score, _Chain(search.config.select, score, search.before))
+    begun = _Chain(search.config.select, score, search.before)
+    if shown:
+        begun.model = search.begun(shown)
+        begun.gap, begun.score = search.validated(begun.model).gap, validator.score(begun.model.build(search.base))
+    chain = _chain(search, score, begun)
     for other in _other_beginnings(search, chain):
         chain = _better(search, chain, _chain(search, score, other))
     if chain.model is None:
@@ -188,11 +197,9 @@ def _leaders(search: Search, chain: _Chain) -> list[Trial]:
 
 def _first_supported(search: Search, chain: _Chain, leaders: Sequence[Trial]) -> Trial | None:
     """The leader that closes most of those that close enough and act where the gap lies."""
-    doubled = {id(trial) for trial in leaders if search.makes_doubling(trial.model, len(trial.model.parts) - 1)}
-    # What resamples the picture comes first: beside it the size of all noise and the place of a pattern are others.
-    left = sorted(leaders, key=lambda trial: (id(trial) not in doubled, trial is not leaders[0], trial.gap))
+    left = sorted(leaders, key=lambda trial: (trial is not leaders[0], trial.gap))
     for best in left[:]:
-        if id(best) not in doubled and not _closes_enough(search, chain, best, left):
+        if not _closes_enough(search, chain, best, left):
             continue
         why = search.disagreement(best.model, len(best.model.parts) - 1)
         if why is None:
