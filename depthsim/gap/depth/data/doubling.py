@@ -4,8 +4,8 @@ Depth that was resampled into a finer picture, as by an alignment to colour, has
 itself: once in 1 / (1 - 1 / zoom) rows, in lines that are slanted where the one camera is turned against the other. No
 fit that follows slopes finds a zoom: a few pixels on, other rows are doubled.
 
-The steps of a depth without noise repeat themselves on a tilted plane in the same way. So what is found is evidence of a
-resampling only where a simulator without one does not show the same lines, see :func:`line_of`.
+The steps of a depth without noise repeat themselves on a tilted plane in the same way. So what is found is evidence of
+a resampling only where a simulator without one does not show the same lines, see :func:`line_of`.
 """
 
 from collections.abc import Iterable
