@@ -145,7 +145,7 @@ class AlignToColor(Effect):
 
     @classmethod
     def bounds_in(cls, setting: Setting) -> Mapping[str, tuple[float, float]]:
-        """The zoom near that by which rows are doubled: by any other, a fit moves what lies elsewhere in the picture."""
+        """The zoom near that by which rows are doubled: a fit would take another one to move what is in the picture."""
         if setting.doubled is None:
             return {}
         zoom = setting.doubled[0]

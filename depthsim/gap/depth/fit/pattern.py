@@ -244,7 +244,7 @@ class _Learner:
 
     def _krige(self, whole: _Sums, sums: Sequence[_Sums], found: float, size: Floats) -> Floats:
         """(rows, columns) the posterior mean at the knots, which lie two within the lag of half correlation."""
-        seen = [whole.weight.any(axis=axis).nonzero()[0] for axis in (1, 0)]
+        seen = [np.flatnonzero((whole.weight > 0).sum(axis=axis)) for axis in (1, 0)]
         pixels = np.array(
             [np.ptp(places) + 1 if places.size else n for places, n in zip(seen, self.shape, strict=True)]
         )
