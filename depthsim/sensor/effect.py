@@ -123,6 +123,11 @@ class Effect(BaseModel):
         return ()
 
     @classmethod
+    def bounds_in(cls, setting: Setting) -> Mapping[str, tuple[float, float]]:
+        """Between which values a parameter is, where a recording shows that without a fit."""
+        return {}
+
+    @classmethod
     def possible(cls, setting: Setting) -> bool:
         """Whether a recording like this may be of a sensor that has the effect: fits leave it out otherwise."""
         return True

@@ -10,14 +10,16 @@ from sensing import STEP_CASTER
 
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import Ruler
-from depthsim.gap.depth.data.doubling import find_doubling
+from depthsim.gap.depth.data.doubling import find_doubling, line_of
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.frames import cast_clean
 from depthsim.gap.depth.data.load import load_evidence, notes_of
+from depthsim.gap.depth.fit.agreement import disagreement, makes_doubling
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.optimize import Model, best_neighbour
-from depthsim.gap.depth.fit.pattern import learn
+from depthsim.gap.depth.fit.pattern import learn, learn_pattern
+from depthsim.gap.depth.fit.select import select
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.presets import preset
 from depthsim.raycast import Caster
@@ -113,6 +115,50 @@ def test_fits_of_an_alignment_begin_where_doubled_rows_say(aligned: Path) -> Non
     setting = replace(setting_of(evidence), doubled=(1.58, -1.2))
     (one,) = (one for one in candidates(BASE, setting) if one.effect == AlignToColor.id)
     assert one.fixed["roll"] == -1.2 and one.starts[0] == (-0.015, 1.58)
+    (zoom,) = (free for free in one.free if free.name == "zoom")  # a fit that follows slopes went from 1.58 to 1.72
+    assert (zoom.low, zoom.high) == pytest.approx((1.58, 1.58), rel=0.006) and zoom.low < 1.58 < zoom.high
+
+
+def test_a_resampling_has_lines_of_doubled_rows_and_noise_has_none() -> None:
+    noise = np.random.default_rng(0).integers(400, 500, (300, 300)).astype(np.uint16)
+    doubled = noise[(np.arange(300) / 1.6).astype(int)]
+    assert find_doubling([doubled], DepthConfig().data) == pytest.approx((1.6, 0), rel=0.01, abs=0.1)
+    assert line_of([doubled], (1.6, 0.0)) > 0.4
+    assert line_of([doubled], (1.4, 0.0)) < 0.1 and line_of([noise], (1.6, 0.0)) < 0.02
+
+
+def test_steps_without_noise_make_lines_too() -> None:
+    """Of a tilted plane: so they are evidence only where a simulator of the same steps has none."""
+    v, u = np.mgrid[:300, :300]
+    steps = np.floor(400 + 0.37 * v + 0.01 * u).astype(np.uint16)
+    found = find_doubling([steps], DepthConfig().data)
+    assert found is not None and line_of([steps], found) > 0.4
+
+
+def test_doubled_rows_that_only_an_alignment_makes_name_it(aligned: Path) -> None:
+    base = (DisparityNoise(sigma=0.06 * ZOOM), BASE[1])
+    evidence = unsaid(aligned, base)
+    assert evidence.doubled == pytest.approx((ZOOM, 0), rel=0.005, abs=0.1)
+    validator = Validator(evidence, evidence.held_out)
+    after, elsewhere = (*BASE, AlignToColor(zoom=ZOOM)), (*BASE, AlignToColor(zoom=1.7))
+    assert makes_doubling(validator, AlignToColor, base, after)
+    assert disagreement(validator, AlignToColor, base, after, alone=True) is None
+    assert not makes_doubling(validator, AlignToColor, base, elsewhere)
+    assert not makes_doubling(validator, AlignToColor, after, after)  # where there are lines without it
+    assert not makes_doubling(validator, DisparityNoise, base, after)
+
+
+def test_an_alignment_is_named_beside_a_noise_that_is_far_too_large(aligned: Path) -> None:
+    """A filter smooths such a noise, and rows that are doubled are hardly seen beside it."""
+    base = (DisparityNoise(sigma=0.5), BASE[1])
+    evidence = unsaid(aligned, base)
+    looked_at = {"align_to_color", "disparity_noise", "spatial_filter"}
+    bank = [one for one in candidates(base, setting_of(evidence)) if one.effect in looked_at]
+    found = select(evidence, Validator(evidence, evidence.held_out), bank, lambda _: None, ["align_to_color"]).model
+    values = {part.effect: found.parameters(k) for k, part in enumerate(found.parts)}
+    assert set(values) == {"align_to_color", "disparity_noise"}
+    assert values["disparity_noise"]["sigma"] == pytest.approx(0.06, rel=0.1)
+    assert values["align_to_color"]["zoom"] == pytest.approx(ZOOM, rel=0.005)
 
 
 def test_a_camera_with_its_colour_cameras_intrinsics_is_noted(aligned: Path) -> None:
@@ -155,3 +201,18 @@ def test_a_fixed_pattern_is_learned_where_the_left_imager_has_it(tmp_path: Path)
     seen = (slice(40, 80), slice(45, 110))  # of the left imager's picture, by the colour camera
     true, learned = (picture(np.array(one), camera.shape)[seen] for one in (grid, found.grid))
     assert not found.is_none and np.corrcoef(true.ravel(), learned.ravel())[0, 1] > 0.8
+
+
+def test_a_pattern_is_learned_before_an_alignment_that_rows_show(tmp_path: Path) -> None:
+    grid = np.random.default_rng(2).normal(size=(7, 9))
+    pattern = FixedPattern(amplitude=0.3, grid=tuple(map(tuple, grid.tolist())))
+    camera = preset("d435", 160, 120, rate=3.0)
+    effects = [DisparityNoise(sigma=0.02), pattern, AlignToColor()]
+    generate("office", None, camera, effects, tmp_path / "run", frames=16, seed=1, streams=("depth",), threads=1)
+    evidence = unsaid(tmp_path / "run", BASE)
+    seen = (slice(40, 80), slice(45, 110))
+    true = picture(grid, camera.shape)[seen]
+    there, without = (learn_pattern(evidence, doubled) for doubled in ((ZOOM, 0.0), None))
+    assert there is not None and without is not None
+    alike = [np.corrcoef(true.ravel(), picture(one.grid, camera.shape)[seen].ravel())[0, 1] for one in (there, without)]
+    assert alike[0] > 0.8 > alike[1] + 0.2

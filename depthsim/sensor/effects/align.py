@@ -19,6 +19,8 @@ _WIDEST = 0.1
 """The least zoom that is one."""
 _BESIDE = -0.015, 0.059
 """[m] Where the colour cameras of a D435 and of a D455 are."""
+_SURE = 0.005
+"""Relative: as well doubled rows show a zoom, of which a picture of 160x120 has few."""
 _ZERO, _ONE, _HALF = _f(0), _f(1), _f(0.5)
 
 
@@ -140,6 +142,14 @@ class AlignToColor(Effect):
     def suggested(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
         """The zoom by which rows are doubled; where the colour camera is, they do not show."""
         return [{"x": x, "zoom": setting.doubled[0]} for x in _BESIDE] if setting.doubled is not None else ()
+
+    @classmethod
+    def bounds_in(cls, setting: Setting) -> Mapping[str, tuple[float, float]]:
+        """The zoom near that by which rows are doubled: a fit would take another one to move what is in the picture."""
+        if setting.doubled is None:
+            return {}
+        zoom = setting.doubled[0]
+        return {"zoom": (zoom * (1 - _SURE), zoom * (1 + _SURE))}
 
     @property
     def is_neutral(self) -> bool:

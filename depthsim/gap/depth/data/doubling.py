@@ -4,8 +4,8 @@ Depth that was resampled into a finer picture, as by an alignment to colour, has
 itself: once in 1 / (1 - 1 / zoom) rows, in lines that are slanted where the one camera is turned against the other. No
 fit that follows slopes finds a zoom: a few pixels on, other rows are doubled.
 
-The steps of a depth without noise repeat themselves on a tilted plane in the same way. So what is found is where a fit
-may begin, and no evidence of a resampling.
+The steps of a depth without noise repeat themselves on a tilted plane in the same way. So what is found is evidence of
+a resampling only where a simulator without one does not show the same lines, see :func:`line_of`.
 """
 
 from collections.abc import Iterable
@@ -31,14 +31,10 @@ def find_doubling(pictures: Iterable[NDArray[np.uint16]], limit: DepthData) -> t
 
     pictures: (height, width) as they are stored, each as a whole.
     """
-    both, equal = [], []
-    for units in pictures:
-        both.append((units[1:] > 0) & (units[:-1] > 0))
-        equal.append(both[-1] & (units[1:] == units[:-1]))
-    if not both or min(both[0].shape) < _WINDOW:
+    same = _equal(pictures)
+    if same is None:
         return None
-    known, same = np.sum(both, axis=0), np.sum(equal, axis=0)
-    power, least = _spectrum(np.where(known > 0, same / np.maximum(known, 1), np.nan))
+    power, least = _spectrum(same)
     down, across = np.fft.fftfreq(_PADDED)[:, None], np.fft.rfftfreq(_PADDED)[None]
     power = np.where((np.abs(down) > _SLOWEST) & (across < _SLANT * np.abs(down)), power, np.nan)
     if not np.nanmax(power, initial=0) > limit.doubling_seen * np.nanmedian(power):
@@ -51,6 +47,33 @@ def find_doubling(pictures: Iterable[NDArray[np.uint16]], limit: DepthData) -> t
     if least < 0.9 * (1 - abs(slow)):
         slow -= np.sign(slow)
     return 1 / abs(slow), float(np.degrees(np.arctan2(along * np.sign(slow), abs(slow))))
+
+
+def line_of(pictures: Iterable[NDArray[np.uint16]], doubled: tuple[float, float]) -> float:
+    """How strong the lines of a zoom and a roll [deg] are: the amplitude of the share of equal pixels, 0 without any.
+
+    pictures: as for :func:`find_doubling`.
+    """
+    same = _equal(pictures)
+    if same is None:
+        return 0.0
+    zoom, turned = doubled[0], np.tan(np.radians(doubled[1]))
+    power, windows = _spectrum(same)[0], np.hanning(_WINDOW).sum() ** 2
+    at = round(np.copysign(1 / zoom, turned) * _PADDED), round(abs(turned) / zoom * _PADDED)
+    near = np.arange(-_NEAR, _NEAR + 1)
+    return float(2 * np.sqrt(power[np.ix_((at[0] + near) % _PADDED, np.maximum(at[1] + near, 0))].max()) / windows)
+
+
+def _equal(pictures: Iterable[NDArray[np.uint16]]) -> NDArray[np.float64] | None:
+    """(height - 1, width) the share of the pictures in which a pixel equals the one above, NaN where none has both."""
+    both, equal = [], []
+    for units in pictures:
+        both.append((units[1:] > 0) & (units[:-1] > 0))
+        equal.append(both[-1] & (units[1:] == units[:-1]))
+    if not both or min(both[0].shape) < _WINDOW:
+        return None
+    known, same = np.sum(both, axis=0), np.sum(equal, axis=0)
+    return np.where(known > 0, same / np.maximum(known, 1), np.nan)
 
 
 def _lowest(most: NDArray[np.float64]) -> int:
@@ -74,7 +97,7 @@ def _beyond(line: NDArray[np.float64], at: int | np.intp) -> float:
 
 
 def _spectrum(same: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """The mean power over windows, and the share of equal pixels in the window that has fewest."""
+    """The mean power of the windows, and the share of equal pixels in the window that has fewest."""
     hann = np.outer(np.hanning(_WINDOW), np.hanning(_WINDOW))
     total, shares = np.zeros((_PADDED, _PADDED // 2 + 1)), []
     for v, u in product(*(range(0, n - _WINDOW + 1, _WINDOW) for n in same.shape)):
@@ -84,4 +107,4 @@ def _spectrum(same: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
             share = float(part[some].mean())
             total += np.abs(np.fft.rfft2(np.where(some, part - share, 0) * hann, (_PADDED, _PADDED))) ** 2
             shares.append(share)
-    return total, min(shares, default=1.0)
+    return total / max(len(shares), 1), min(shares, default=1.0)

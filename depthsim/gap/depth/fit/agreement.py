@@ -9,6 +9,8 @@ elsewhere leaves nearly all.
 
 import numpy as np
 
+from depthsim.draws import Seed
+from depthsim.gap.depth.data.doubling import line_of
 from depthsim.gap.depth.fit import rules
 from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, against, done_by, first_axis, less_others, phases_apart
 from depthsim.gap.depth.fit.rules import Asked
@@ -27,6 +29,11 @@ def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Eff
     first = first_axis(before[0], gap, bias)
     most = limit.left_by_flexible * limit.left_along  # six numbers a frame come near to much
     return bool(first is not None and left.varies[bias, first] > most * gap.varies[bias, first])
+
+
+def makes_what_no_other_does(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether ``effect`` makes the recording's steps or its doubled rows, however little it closes."""
+    return any(makes(validator, effect, before, after) for makes in (makes_steps, makes_doubling))
 
 
 def makes_steps(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
@@ -60,6 +67,27 @@ def left_along(validator: Validator, effect: type[Effect], before: Effects, afte
     return max(float(left.varies[k, first]), 0.0) / float(gap.varies[k, first])
 
 
+def makes_doubling(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether ``effect`` makes the recording's doubled rows: pictures of ``after`` have their lines, of ``before`` not.
+
+    Steps of a depth with little noise make lines, too, on a tilted plane: of a sensor that has them ``before`` as well.
+    """
+    if not effect.moves_camera or validator.evidence.doubled is None:
+        return False
+    without, with_it = (validator.once(_doubled_as_recorded, effects) for effects in (before, after))
+    limit = validator.evidence.config.agreement.left_along
+    return without < limit <= with_it
+
+
+def _doubled_as_recorded(validator: Validator, effects: Effects) -> float:
+    """How strong the lines of the recording's doubled rows are in a sensor's pictures, 1 if as in the recording's."""
+    evidence, blocks = validator.evidence, validator.blocks[:: max(1, len(validator.blocks) // 4)]
+    assert evidence.doubled is not None
+    shown = (picture for b in blocks for picture in evidence.pictures(effects, b, Seed("doubling")))
+    recorded = (evidence.recorded(int(i)) for b in blocks for i in evidence.blocks[b])
+    return line_of(shown, evidence.doubled) / max(line_of(recorded, evidence.doubled), 1e-12)
+
+
 def disagreement(
     validator: Validator,
     effect: type[Effect],
@@ -75,7 +103,7 @@ def disagreement(
     explain, along every axis on which it stands out, and not along the first one only. flexible: whether it has so many
     parameters that it comes near to much.
     """
-    if makes_steps(validator, effect, before, after):  # which nothing else does
+    if makes_what_no_other_does(validator, effect, before, after):
         return None
     if why := rules.is_idle(validator, effect, before, after) or rules.unseen_step(validator, effect, before, after):
         return why

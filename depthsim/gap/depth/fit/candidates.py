@@ -1,7 +1,7 @@
 """What may be wrong with a simulator: every effect that it lacks, and every value of those that it has."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -132,12 +132,18 @@ def _add(
     kind: type[Effect], setting: Setting, config: DepthFit, held: Mapping[str, float], replaces: frozenset[str]
 ) -> Candidate:
     known = parameters_of(kind)
-    free = tuple(f for f in _free(kind, setting, config) if f.key not in held)
+    bounds = kind.bounds_in(setting)
+    every = (f if f.name not in bounds else _between(f, *bounds[f.name]) for f in _free(kind, setting, config))
+    free = tuple(f for f in every if f.key not in held)
     starts = _product([_begin(known[f.name], f, setting) for f in free])
     suggested = [tuple(values[f.name] for f in free) for values in kind.suggested(setting)]
     varied = {f.name for f in free if not known[f.name].by_material}
     fixed = {name: one.default for name, one in known.items() if name not in varied} | dict(held)
     return Candidate(kind.id, free, fixed, (*suggested, *starts), replaces)
+
+
+def _between(free: Free, low: float, high: float) -> Free:
+    return replace(free, low=max(free.low, low), high=min(free.high, high))
 
 
 def _learned(kind: type[Effect], setting: Setting, config: DepthFit) -> Candidate:

@@ -8,7 +8,7 @@ them.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.rigid import Floats, Frame, Look
 from depthsim.raycast import Caster
 from depthsim.runs import Run
+from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture, spline
 
 _SAMPLES = 20_000
@@ -70,12 +71,20 @@ class Pattern:
         return FixedPattern(amplitude=min(self.amplitude, 10.0), size=size, grid=rows)
 
 
-def learn_pattern(evidence: Evidence) -> Pattern | None:
-    """The pattern of the frames for fitting; None where there is none, or too few of them."""
+def learn_pattern(evidence: Evidence, doubled: tuple[float, float] | None = None) -> Pattern | None:
+    """The pattern of the frames for fitting; None where there is none, or too few of them.
+
+    doubled: zoom and roll [deg] of an alignment that the recording has and does not say, before which the pattern was.
+    """
     frames = [int(i) for block in evidence.train for i in evidence.blocks[block]]
     if len(frames) < _LEAST_FRAMES:
         return None
-    found = learn(evidence.run, evidence.caster, frames)
+    run = evidence.run
+    if doubled is not None:
+        run = replace(
+            run, camera=AlignToColor(zoom=doubled[0], roll=float(np.clip(doubled[1], -5, 5))).stored(run.camera)
+        )
+    found = learn(run, evidence.caster, frames)
     return None if found.is_none else found
 
 
@@ -235,29 +244,40 @@ class _Learner:
 
     def _krige(self, whole: _Sums, sums: Sequence[_Sums], found: float, size: Floats) -> Floats:
         """(rows, columns) the posterior mean at the knots, which lie two within the lag of half correlation."""
-        pixels = np.array(self.shape, float)
+        seen = [np.flatnonzero((whole.weight > 0).sum(axis=axis)) for axis in (1, 0)]
+        pixels = np.array(
+            [np.ptp(places) + 1 if places.size else n for places, n in zip(seen, self.shape, strict=True)]
+        )
         wanted = np.minimum(2 * pixels / size + 1, pixels)
         if wanted.prod() > _MOST_KNOTS:  # fewer in the direction that has more, and in both where that is not enough
             less = max(_MOST_KNOTS / wanted.prod(), wanted.min() / wanted.max())
             wanted[wanted.argmax()] *= less
             wanted *= min(np.sqrt(_MOST_KNOTS / wanted.prod()), 1)
-        knots = [max(int(one), 3) for one in wanted]
+        knots = [max(int(one), 3) for one in wanted * self.shape / pixels]
         if found == 0:
             return np.zeros(knots)
-        down, across = (spline(k, n) for k, n in zip(knots, self.shape, strict=True))
+        steps = [(n - 1) / (k - 1) for k, n in zip(knots, self.shape, strict=True)]
+        # What is beyond the pixels that are seen, of which an aligned camera's left imager has many, is 0.
+        near = [
+            np.flatnonzero((np.arange(k) * s > p.min() - 2 * s) & (np.arange(k) * s < p.max() + 2 * s))
+            for k, s, p in zip(knots, steps, seen, strict=True)
+        ]
+        down, across = (spline(k, n)[:, some] for k, n, some in zip(knots, self.shape, near, strict=True))
         noise = self._noise_of(sums)
         gram = np.einsum("vi,vu,vk->iku", down, whole.weight, down, optimize=True)
-        gram = np.einsum("iku,uj,ul->ijkl", gram, across, across, optimize=True).reshape(np.prod(knots), -1)
+        gram = np.einsum("iku,uj,ul->ijkl", gram, across, across, optimize=True)
+        gram = gram.reshape(down.shape[1] * across.shape[1], -1)
         right = np.einsum("vi,vu,uj->ij", down, whole.error, across, optimize=True).reshape(-1)
-        steps = [(n - 1) / (k - 1) for k, n in zip(knots, self.shape, strict=True)]
         laws = [
-            2.0 ** -((np.subtract.outer(np.arange(k), np.arange(k)) * s / one) ** 2)
-            for k, s, one in zip(knots, steps, size, strict=True)
+            2.0 ** -((np.subtract.outer(some, some) * s / one) ** 2)
+            for some, s, one in zip(near, steps, size, strict=True)
         ]
         prior = found**2 * np.kron(laws[0], laws[1])
         # (gram / noise + prior^-1)^-1 right / noise, without the inverse of a matrix that is nearly singular.
         solved = prior @ np.linalg.solve(gram @ prior + noise * np.eye(len(prior)), right)
-        return np.asarray(solved.reshape(knots))
+        grid = np.zeros(knots)
+        grid[np.ix_(*near)] = solved.reshape(down.shape[1], across.shape[1])
+        return grid
 
     def _noise_of(self, sums: Sequence[_Sums]) -> float:
         """[px²] the noise's variance per frame, times the pixels over which it is correlated."""

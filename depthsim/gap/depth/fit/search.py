@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.fit.agreement import disagreement, left_along, makes_steps
+from depthsim.gap.depth.fit.agreement import disagreement, left_along, makes_doubling, makes_steps
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
@@ -87,6 +87,21 @@ class Search:
     def _newest(self, model: Model) -> tuple[type[Effect], Sequence[Effect], Sequence[Effect]]:
         before = model.less(len(model.parts) - 1).build(self.base)
         return effect_class(model.parts[-1].effect), before, model.build(self.base)
+
+    def makes_doubling(self, model: Model, number: int) -> bool:
+        """Whether one part of a model makes the recording's doubled rows, which the others do not."""
+        kind = effect_class(model.parts[number].effect)
+        return makes_doubling(self.validator, kind, model.less(number).build(self.base), model.build(self.base))
+
+    def begun(self, effects: Sequence[str]) -> Model:
+        """Effects of the bank where they begin best, one beside the other and nothing fitted."""
+        model = Model((), np.empty(0))
+        target, roots = self._targets[len(self._few)], self._roots(self._few)
+        for effect in effects:
+            base = model.build(self.base)
+            found = [start(one, base, roots(base), target, roots)[0] for one in self.bank if one.effect == effect]
+            model = model.plus(min(found, key=lambda begun: begun.loss))
+        return model
 
     def step(
         self, so_far: Model | None, earlier: Sequence[Trial] = (), is_out: Callable[[str], bool] = lambda _: False

@@ -76,15 +76,24 @@ class _Chain:
         return self.refused.nearest(self.named, self.config)
 
 
-def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], say: Say) -> Selection:
+def select(
+    evidence: Evidence, validator: Validator, bank: Sequence[Candidate], say: Say, shown: Sequence[str] = ()
+) -> Selection:
     """One cause after the other, as long as the frames of ``validator`` support it. bank: what may be wrong.
+
+    shown: effects that the recording shows without a fit. They are there before others are looked for, and are asked
+    at the end as all causes are.
 
     What closes most by itself may be near to two causes together. So where something is left, the next of the
     effects that came first is put in its place, and causes are looked for once more.
     """
     score = validator.score(evidence.base)
     search = Search(evidence, validator, bank, score.gap, score.floor, say)
-    chain = _chain(search, score, _Chain(search.config.select, score, search.before))
+    begun = _Chain(search.config.select, score, search.before)
+    if shown:
+        begun.model = search.begun(shown)
+        begun.gap, begun.score = search.validated(begun.model).gap, validator.score(begun.model.build(search.base))
+    chain = _chain(search, score, begun)
     for other in _other_beginnings(search, chain):
         chain = _better(search, chain, _chain(search, score, other))
     if chain.model is None:
@@ -258,6 +267,8 @@ def _prune(search: Search, chain: _Chain) -> None:
     """Without the causes that later ones have made needless. They do not come back, or two could go round for ever."""
     model = chain.model or Model((), np.empty(0))
     for number in range(len(model.parts) - 2, -1, -1):
+        if search.makes_doubling(model, number):
+            continue
         effect, without = model.parts[number].effect, search.validated(search.fit(model.less(number), 3))
         if without.gap - chain.gap < search.config.select.least * search.whole:
             search.say(f"{effect} is no longer needed")
@@ -277,7 +288,8 @@ def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:
             continue
         wrong = [k for k, why in enumerate(reasons) if why is not None]
         least = int(np.argmin(shares))
-        if len(shares) > 1 and shares[least] < search.config.significance.faint * search.floor:
+        faint = len(shares) > 1 and shares[least] < search.config.significance.faint * search.floor
+        if faint and not search.makes_doubling(model, least):
             worst, why = least, "closes next to nothing beside the others"
         elif wrong:
             worst = min(wrong, key=lambda k: shares[k])
