@@ -168,6 +168,9 @@ class DepthAgreement(Section):
     nearly_all: float = _value(
         0.95, "of a gap: causes that close so much need not act along the axis on which the gap lies first"
     )
+    shape: float = _value(
+        0.2, "of how holes change along the range, that a cause may leave which is known by nothing else, as others are"
+    )
     left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")

@@ -33,14 +33,13 @@ def _project(x, y, z, pose, lens):
     a = (pose[0] * x + pose[1] * y + pose[2]) * z + pose[9]
     b = (pose[3] * x + pose[4] * y + pose[5]) * z + pose[10]
     c = (pose[6] * x + pose[7] * y + pose[8]) * z + pose[11]
-    if not c > _ZERO:
-        return _f(-2), _f(-2)
     a, b = a / c, b / c
     r2 = a * a + b * b
     radial = _ONE + r2 * (lens[4] + r2 * (lens[5] + r2 * lens[8]))
     p = a * radial + _f(2) * lens[6] * a * b + lens[7] * (r2 + _f(2) * a * a)
     q = b * radial + lens[6] * (r2 + _f(2) * b * b) + _f(2) * lens[7] * a * b
-    return p * lens[0] + lens[2], q * lens[1] + lens[3]
+    before = c > _ZERO
+    return p * lens[0] + lens[2] if before else _f(-2), q * lens[1] + lens[3] if before else _f(-2)
 
 
 @kernel
@@ -52,22 +51,30 @@ def _resample(depth, corner_x, corner_y, pose, lens, unit, out):
     """
     height, width = depth.shape
     rows, columns = out.shape
+    to, by = (pose[0], pose[1], pose[2], pose[3], pose[4], pose[5]), (pose[6], pose[7], pose[8], pose[9], pose[10], pose[11])
+    pose_of, lens_of = to + by, (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7], lens[8])
+    # A row's places first, without a branch: several at once.
+    begins_x, begins_y = np.empty(width, np.float32), np.empty(width, np.float32)
+    ends_x, ends_y = np.empty(width, np.float32), np.empty(width, np.float32)
     for v in range(height):
+        row, upper_x, upper_y = depth[v], corner_x[v], corner_y[v]
+        lower_x, lower_y = corner_x[v + 1, 1:], corner_y[v + 1, 1:]
         for u in range(width):
-            z = np.floor(depth[v, u] / unit + _HALF) * unit
-            if not z > _ZERO:
-                continue
-            left, top = _project(corner_x[v, u], corner_y[v, u], z, pose, lens)
-            right, bottom = _project(corner_x[v + 1, u + 1], corner_y[v + 1, u + 1], z, pose, lens)
-            left, top, right, bottom = left + _HALF, top + _HALF, right + _HALF, bottom + _HALF
+            z = np.floor(row[u] / unit + _HALF) * unit
+            left, top = _project(upper_x[u], upper_y[u], z, pose_of, lens_of)
+            right, bottom = _project(lower_x[u], lower_y[u], z, pose_of, lens_of)
+            begins_x[u] = left + _HALF if z > _ZERO else _f(-2)
+            begins_y[u], ends_x[u], ends_y[u] = top + _HALF, right + _HALF, bottom + _HALF
+        for u in range(width):
+            left, top, right, bottom = begins_x[u], begins_y[u], ends_x[u], ends_y[u]
             # A whole number is what is left of the point, so that down to -1 a corner counts as on the border. Written
             # so that what is not a number is outside.
             if not (left > -_ONE and top > -_ONE and right < _f(columns) and bottom < _f(rows)):
                 continue
             for y in range(np.int64(top), np.int64(bottom) + 1):
                 for x in range(np.int64(left), np.int64(right) + 1):
-                    if out[y, x] == _ZERO or depth[v, u] < out[y, x]:
-                        out[y, x] = depth[v, u]
+                    if out[y, x] == _ZERO or row[u] < out[y, x]:
+                        out[y, x] = row[u]
 
 
 @lru_cache(maxsize=8)

@@ -129,6 +129,8 @@ def leaves(asked: Asked, k: int) -> str | None:
     well = np.inf if KINDS[k] == "missing" else limit.left_along if asked.flexible else limit.untouched
     known_by = [effect.axes[:1] == (axis.name,) for axis in axes]
     along[known_by] = well if asked.closes_well else limit.left_along
+    if asked.alone and effect.axes == ("range",) and KINDS[k] == "missing":  # four are, which their shapes tell apart
+        along[known_by] = limit.shape
     if asked.learned:  # along its own axes as much is removed as other frames say for sure is there
         along[[axis.name in effect.axes for axis in axes]] = limit.untouched
     sure, worth = worth_of(asked.validator, gap, k)
