@@ -18,8 +18,7 @@ from depthsim.gap.depth.fit.agreement import disagreement, makes_doubling
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.optimize import Model, best_neighbour
-from depthsim.gap.depth.fit.pattern import learn, learn_pattern
-from depthsim.gap.depth.fit.select import select
+from depthsim.gap.depth.fit.pattern import learn
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.presets import preset
 from depthsim.raycast import Caster
@@ -148,19 +147,6 @@ def test_doubled_rows_that_only_an_alignment_makes_name_it(aligned: Path) -> Non
     assert not makes_doubling(validator, DisparityNoise, base, after)
 
 
-def test_an_alignment_is_named_beside_a_noise_that_is_far_too_large(aligned: Path) -> None:
-    """A filter smooths such a noise, and rows that are doubled are hardly seen beside it."""
-    base = (DisparityNoise(sigma=0.5), BASE[1])
-    evidence = unsaid(aligned, base)
-    looked_at = {"align_to_color", "disparity_noise", "spatial_filter"}
-    bank = [one for one in candidates(base, setting_of(evidence)) if one.effect in looked_at]
-    found = select(evidence, Validator(evidence, evidence.held_out), bank, lambda _: None, ["align_to_color"]).model
-    values = {part.effect: found.parameters(k) for k, part in enumerate(found.parts)}
-    assert set(values) == {"align_to_color", "disparity_noise"}
-    assert values["disparity_noise"]["sigma"] == pytest.approx(0.06, rel=0.1)
-    assert values["align_to_color"]["zoom"] == pytest.approx(ZOOM, rel=0.005)
-
-
 def test_a_camera_with_its_colour_cameras_intrinsics_is_noted(aligned: Path) -> None:
     file = aligned / "camera.yaml"
     text = file.read_text()
@@ -201,18 +187,3 @@ def test_a_fixed_pattern_is_learned_where_the_left_imager_has_it(tmp_path: Path)
     seen = (slice(40, 80), slice(45, 110))  # of the left imager's picture, by the colour camera
     true, learned = (picture(np.array(one), camera.shape)[seen] for one in (grid, found.grid))
     assert not found.is_none and np.corrcoef(true.ravel(), learned.ravel())[0, 1] > 0.8
-
-
-def test_a_pattern_is_learned_before_an_alignment_that_rows_show(tmp_path: Path) -> None:
-    grid = np.random.default_rng(2).normal(size=(7, 9))
-    pattern = FixedPattern(amplitude=0.3, grid=tuple(map(tuple, grid.tolist())))
-    camera = preset("d435", 160, 120, rate=3.0)
-    effects = [DisparityNoise(sigma=0.02), pattern, AlignToColor()]
-    generate("office", None, camera, effects, tmp_path / "run", frames=16, seed=1, streams=("depth",), threads=1)
-    evidence = unsaid(tmp_path / "run", BASE)
-    seen = (slice(40, 80), slice(45, 110))
-    true = picture(grid, camera.shape)[seen]
-    there, without = (learn_pattern(evidence, doubled) for doubled in ((ZOOM, 0.0), None))
-    assert there is not None and without is not None
-    alike = [np.corrcoef(true.ravel(), picture(one.grid, camera.shape)[seen].ravel())[0, 1] for one in (there, without)]
-    assert alike[0] > 0.8 > alike[1] + 0.2

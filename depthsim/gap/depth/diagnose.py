@@ -10,7 +10,6 @@ what it costs    the figures that a robot's software sees, of the recording and 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -221,33 +220,11 @@ def _which(validator: Validator, without: Sequence[str], errors: PoseErrors | No
     if not any(isinstance(effect, PoseNoise) for effect in evidence.base):
         # Registration is the better test of the poses: what it does not find, no fit of their spread may.
         without = (*without, PoseNoise.id)
-    shown = AlignToColor.id not in without and not any(effect.moves_camera for effect in evidence.base)
-    if shown and evidence.doubled is not None:
-        say(f"rows are doubled, as by an alignment of {evidence.doubled[0]:.3f} times the focal length")
-        selection = _selected(validator, without, errors, say, evidence.doubled)
-        if any(part.effect == AlignToColor.id for part in selection.model.parts):
-            return selection
-    return _selected(validator, without, errors, say)
-
-
-def _selected(
-    validator: Validator,
-    without: Sequence[str],
-    errors: PoseErrors | None,
-    say: Say,
-    doubled: tuple[float, float] | None = None,
-) -> Selection:
-    """The effects that explain the gap. doubled: zoom and roll [deg] of an alignment that is there before any other.
-
-    A fixed pattern then lies in the left imager's picture, and is learned there.
-    """
-    evidence, shown = validator.evidence, [] if doubled is None else [AlignToColor.id]
-    learned: dict[str, dict[str, Any]] = {}
-    if FixedPattern.id not in without and (pattern := learn_pattern(evidence, doubled)) is not None:
+    learned = {}
+    if FixedPattern.id not in without and (pattern := learn_pattern(evidence)) is not None:
         learned[FixedPattern.id] = pattern.effect().model_dump()
-        shown = [FixedPattern.id, *shown] if shown else []
     bank = candidates(evidence.base, setting_of(evidence, learned, errors), without, evidence.config.fit)
-    return select(evidence, validator, bank, say, shown)
+    return select(evidence, validator, bank, say)
 
 
 def _seen_again(validator: Validator, selecting: Validator, selection: Selection) -> Selection:

@@ -51,8 +51,10 @@ def _resample(depth, corner_x, corner_y, pose, lens, unit, out):
     """
     height, width = depth.shape
     rows, columns = out.shape
-    to, by = (pose[0], pose[1], pose[2], pose[3], pose[4], pose[5]), (pose[6], pose[7], pose[8], pose[9], pose[10], pose[11])
-    pose_of, lens_of = to + by, (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7], lens[8])
+    # Kept in registers: of an array that may be written to, each would be read again.
+    p, c = pose, lens
+    pose_of = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11]
+    lens_of = c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8]
     # A row's places first, without a branch: several at once.
     begins_x, begins_y = np.empty(width, np.float32), np.empty(width, np.float32)
     ends_x, ends_y = np.empty(width, np.float32), np.empty(width, np.float32)

@@ -8,7 +8,7 @@ them.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,6 @@ from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.rigid import Floats, Frame, Look
 from depthsim.raycast import Caster
 from depthsim.runs import Run
-from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture, spline
 
 _SAMPLES = 20_000
@@ -71,20 +70,12 @@ class Pattern:
         return FixedPattern(amplitude=min(self.amplitude, 10.0), size=size, grid=rows)
 
 
-def learn_pattern(evidence: Evidence, doubled: tuple[float, float] | None = None) -> Pattern | None:
-    """The pattern of the frames for fitting; None where there is none, or too few of them.
-
-    doubled: zoom and roll [deg] of an alignment that the recording has and does not say, before which the pattern was.
-    """
+def learn_pattern(evidence: Evidence) -> Pattern | None:
+    """The pattern of the frames for fitting; None where there is none, or too few of them."""
     frames = [int(i) for block in evidence.train for i in evidence.blocks[block]]
     if len(frames) < _LEAST_FRAMES:
         return None
-    run = evidence.run
-    if doubled is not None:
-        run = replace(
-            run, camera=AlignToColor(zoom=doubled[0], roll=float(np.clip(doubled[1], -5, 5))).stored(run.camera)
-        )
-    found = learn(run, evidence.caster, frames)
+    found = learn(evidence.run, evidence.caster, frames)
     return None if found.is_none else found
 
 

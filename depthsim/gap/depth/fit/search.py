@@ -93,16 +93,6 @@ class Search:
         kind = effect_class(model.parts[number].effect)
         return makes_doubling(self.validator, kind, model.less(number).build(self.base), model.build(self.base))
 
-    def begun(self, effects: Sequence[str]) -> Model:
-        """Effects of the bank where they begin best, one beside the other and nothing fitted."""
-        model = Model((), np.empty(0))
-        target, roots = self._targets[len(self._few)], self._roots(self._few)
-        for effect in effects:
-            base = model.build(self.base)
-            found = [start(one, base, roots(base), target, roots)[0] for one in self.bank if one.effect == effect]
-            model = model.plus(min(found, key=lambda begun: begun.loss))
-        return model
-
     def step(
         self, so_far: Model | None, earlier: Sequence[Trial] = (), is_out: Callable[[str], bool] = lambda _: False
     ) -> list[Trial]:

@@ -76,24 +76,15 @@ class _Chain:
         return self.refused.nearest(self.named, self.config)
 
 
-def select(
-    evidence: Evidence, validator: Validator, bank: Sequence[Candidate], say: Say, shown: Sequence[str] = ()
-) -> Selection:
+def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], say: Say) -> Selection:
     """One cause after the other, as long as the frames of ``validator`` support it. bank: what may be wrong.
-
-    shown: effects that the recording shows without a fit. They are there before others are looked for, and are asked
-    at the end as all causes are.
 
     What closes most by itself may be near to two causes together. So where something is left, the next of the
     effects that came first is put in its place, and causes are looked for once more.
     """
     score = validator.score(evidence.base)
     search = Search(evidence, validator, bank, score.gap, score.floor, say)
-    begun = _Chain(search.config.select, score, search.before)
-    if shown:
-        begun.model = search.begun(shown)
-        begun.gap, begun.score = search.validated(begun.model).gap, validator.score(begun.model.build(search.base))
-    chain = _chain(search, score, begun)
+    chain = _chain(search, score, _Chain(search.config.select, score, search.before))
     for other in _other_beginnings(search, chain):
         chain = _better(search, chain, _chain(search, score, other))
     if chain.model is None:
