@@ -321,10 +321,6 @@ class FlightSignificance(Section):
     )
     nearest_beside: float = _value(0.3, "the same beside a residual that is known to be there")
     left_of_all: float = _value(0.05, "of a gap's power: a cause that leaves less acts where it lies")
-    beside: float = _value(
-        0.5,
-        "of what changes along an axis of another cause: with so much along one of its own, a cause is asked for that",
-    )
     left_along: float = _value(0.5, "of what lies along the axis of its own that has most, that a cause may leave")
     left_by_wind: float = _value(
         0.15, "of a gap's power: more that can be learned beside a wind in time, and it is none"

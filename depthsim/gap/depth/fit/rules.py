@@ -79,9 +79,8 @@ def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: 
     """
     if effect.kinds[0] not in ("bias", "missing"):
         return None  # noise is much the same all over where a camera moves evenly, or sees what is alike
-    if any(effect.id == there.id for there in validator.evidence.base) or shows_itself(
-        validator, effect, before, after
-    ):
+    there = any(effect.id == one.id for one in validator.evidence.base)
+    if there or shows_itself(validator, effect, before, after):
         return None
     return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
 
@@ -288,12 +287,9 @@ def smooths_elsewhere(asked: Asked) -> str | None:
     if not sure[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k] or asked.others(first):
         return None
     share = float(asked.left.varies[k, first] / gap.varies[k, first])
-    near_edges = "edge_distance" in asked.validator.evidence.axes[first].names
-    return (
-        None
-        if near_edges or share <= asked.limit.left_along
-        else f"leaves {share:.0%} of how {asked.change_along(k, first)}"
-    )
+    if share <= asked.limit.left_along or "edge_distance" in asked.validator.evidence.axes[first].names:
+        return None
+    return f"leaves {share:.0%} of how {asked.change_along(k, first)}"
 
 
 def left_of_pairs(asked: Asked) -> float:
