@@ -35,7 +35,7 @@ AXES = [
     SimpleNamespace(name=name, names=set(name.split(" x ")), kind=0, size=8, single=" x " not in name)
     for name in ("range", "material", "range x material")
 ]
-BIAS, HOLES, TAIL, ALL = (KINDS.index(kind) for kind in ("bias", "missing", "tail", "all"))
+BIAS, SPREAD, HOLES, TAIL, ALL = map(KINDS.index, ("bias", "spread", "missing", "tail", "all"))
 
 
 @pytest.fixture(scope="module")
@@ -161,6 +161,25 @@ def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: f
         assert (rules.leaves(one, HOLES) is None) == (left <= bound.left_along)
     alone = asked("material_dropout", gap, one.left, does)
     assert "along range" in str(rules.leaves(alone, HOLES))
+
+
+@given(st.floats(0, 1))
+def test_holes_along_the_range_are_told_apart_by_their_shape(left: float) -> None:
+    gap = changes(HOLES, 0.0, [0.05, 0, 0])
+    one = asked("max_range", gap, changes(HOLES, 0.0, [0.05 * left, 0, 0]), gap)
+    assert (rules.leaves(one, HOLES) is None) == (left <= DepthConfig().agreement.shape)
+    known_by_more = asked("incidence_dropout", gap, one.left, gap)
+    assert (rules.leaves(known_by_more, HOLES) is None) == (left <= DepthConfig().agreement.left_along)
+
+
+@given(st.floats(0, 1))
+def test_a_filter_smooths_on_every_material(left: float) -> None:
+    gap = changes(SPREAD, 0.02, [0, 0.05, 0])
+    one = asked("spatial_filter", gap, changes(SPREAD, 0.0, [0, 0.05 * left, 0]), gap)
+    assert (rules.smooths_elsewhere(one) is None) == (left <= DepthConfig().agreement.left_along)
+    beside = replace(one, before=(effect_class("material_noise")(),))
+    assert rules.smooths_elsewhere(beside) is None
+    assert rules.smooths_elsewhere(replace(one, effect=effect_class("spatial_correlation"))) is None
 
 
 def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:
