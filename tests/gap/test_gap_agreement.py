@@ -112,10 +112,11 @@ def test_a_bias_of_another_shape_is_brought_where_the_recording_has_none(bias: f
 
 @given(st.floats(0.01, 1), st.floats(0, 1.2))
 def test_what_crossed_axes_leave_is_the_shape_that_is_wrong(bias: float, left: float) -> None:
-    gap = changes(BIAS, bias, [0.5 * bias, 0, 0.3 * bias])
-    one = asked("disparity_offset", gap, changes(BIAS, 0.0, [0, 0, left * 0.3 * bias]), gap)
+    change = 0.3 * bias
+    gap = changes(BIAS, bias, [0.5 * bias, 0, change])
+    one = asked("disparity_offset", gap, changes(BIAS, 0.0, [0, 0, left * change]), gap)
     assert (rules.leaves_crossed(one, BIAS) is not None) == (left > DepthConfig().agreement.left_along)
-    other = asked("lens_distortion", gap, changes(BIAS, 0.0, [0, 0, left * 0.3 * bias]), gap)
+    other = asked("lens_distortion", gap, one.left, gap)
     assert rules.leaves_crossed(other, BIAS) is None  # no axis of its own
 
 
@@ -147,9 +148,9 @@ def test_what_the_effects_own_axis_leaves_is_not_held_against_what_is_crossed_wi
 def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: float, left: float) -> None:
     """Holes by material, beside more of them that the formula of holes by range has left along the range."""
     bound = DepthConfig().agreement
-    gap, does = changes(HOLES, 0.0, [0.03, 0.03 * beside, 0]), changes(HOLES, 0.0, [0, 0.03 * beside, 0])
+    gap, does = changes(HOLES, 0.0, [0.03125, 0.03125 * beside, 0]), changes(HOLES, 0.0, [0, 0.03125 * beside, 0])
     one = asked(
-        "material_dropout", gap, changes(HOLES, 0.0, [0.03, 0.03 * beside * left, 0]), does,
+        "material_dropout", gap, changes(HOLES, 0.0, [0.03125, 0.03125 * beside * left, 0]), does,
         before=(effect_class("range_dropout")(),),
     )  # fmt: skip
     assert rules.is_of(one, HOLES) is None  # it closes most of what is left
@@ -165,8 +166,8 @@ def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: f
 
 @given(st.floats(0, 1))
 def test_holes_along_the_range_are_told_apart_by_their_shape(left: float) -> None:
-    gap = changes(HOLES, 0.0, [0.05, 0, 0])
-    one = asked("max_range", gap, changes(HOLES, 0.0, [0.05 * left, 0, 0]), gap)
+    gap = changes(HOLES, 0.0, [0.0625, 0, 0])  # a power of two, by which a share stays what it is
+    one = asked("max_range", gap, changes(HOLES, 0.0, [0.0625 * left, 0, 0]), gap)
     assert (rules.leaves(one, HOLES) is None) == (left <= DepthConfig().agreement.shape)
     known_by_more = asked("incidence_dropout", gap, one.left, gap)
     assert (rules.leaves(known_by_more, HOLES) is None) == (left <= DepthConfig().agreement.left_along)
@@ -174,8 +175,8 @@ def test_holes_along_the_range_are_told_apart_by_their_shape(left: float) -> Non
 
 @given(st.floats(0, 1))
 def test_a_filter_smooths_on_every_material(left: float) -> None:
-    gap = changes(SPREAD, 0.02, [0, 0.05, 0])
-    one = asked("spatial_filter", gap, changes(SPREAD, 0.0, [0, 0.05 * left, 0]), gap)
+    gap = changes(SPREAD, 0.03125, [0, 0.0625, 0])
+    one = asked("spatial_filter", gap, changes(SPREAD, 0.0, [0, 0.0625 * left, 0]), gap)
     assert (rules.smooths_elsewhere(one) is None) == (left <= DepthConfig().agreement.left_along)
     beside = replace(one, before=(effect_class("material_noise")(),))
     assert rules.smooths_elsewhere(beside) is None
