@@ -27,7 +27,7 @@ the gap is located by. No recording that is diagnosed can have been made by one 
 _CASTS = 2
 """How many casts of bent rays are kept of a frame."""
 _KEPT = 1 << 28
-"""Bytes of pictures that are kept of frames before those that are looked at, and of what their rays meet."""
+"""Bytes of pictures that are kept of frames before those that are looked at, and of what straight rays meet."""
 _BYTES = 14
 """Of a pixel in what its rays meet."""
 
@@ -43,7 +43,7 @@ class Replay:
         self._own = threading.local()
         self._casts: dict[int, list[tuple[Camera, list[Effect], bool, Geometry]]] = {}
         self._fields: dict[int, Fields] = {}
-        self._met_before: OrderedDict[tuple[object, ...], Geometry] = OrderedDict()
+        self._met_straight: OrderedDict[tuple[object, ...], Geometry] = OrderedDict()
         self._lock = threading.Lock()
         self._pasts: dict[Camera, tuple[list[Effect], list[Effect], Past]] = {}
 
@@ -79,7 +79,7 @@ class Replay:
         if known is not None and camera == known.camera and not own:
             return known.geometry
         if not own:
-            return self._before(pipeline, exposure, right)
+            return self._straight(pipeline, exposure, right)
         keeps = known is not None and exposure.seed == FITTING and camera.width <= known.camera.left.width
         kept = self._casts.get(exposure.index, []) if keeps else []
         for eye, others, with_right, cast in kept:
@@ -90,18 +90,20 @@ class Replay:
             self._casts[exposure.index] = [(camera, own, right, met), *kept][:_CASTS]
         return met
 
-    def _before(self, pipeline: Pipeline, exposure: Exposure, right: bool) -> Geometry:
+    def _straight(self, pipeline: Pipeline, exposure: Exposure, right: bool) -> Geometry:
         """What straight rays meet in a frame that is not known; the last ones are kept."""
         camera = pipeline.camera
         key = camera, right, exposure.stamp, exposure.pose.tobytes()
         with self._lock:
-            met = self._met_before.pop(key, None)
+            met = self._met_straight.pop(key, None)
         if met is None:
             met = pipeline.cast((), exposure, right=right)
         with self._lock:
-            self._met_before[key] = met
-            while len(self._met_before) * _BYTES * camera.width * camera.height > _KEPT and len(self._met_before) > 1:
-                self._met_before.popitem(last=False)
+            self._met_straight[key] = met
+            while (
+                len(self._met_straight) * _BYTES * camera.width * camera.height > _KEPT and len(self._met_straight) > 1
+            ):
+                self._met_straight.popitem(last=False)
         return met
 
     def _past_of(self, effects: Sequence[Effect], pipeline: Pipeline) -> Past:

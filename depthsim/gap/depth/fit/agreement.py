@@ -31,11 +31,6 @@ def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Eff
     return bool(first is not None and left.varies[bias, first] > most * gap.varies[bias, first])
 
 
-def makes_what_no_other_does(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
-    """Whether ``effect`` makes the recording's steps or its doubled rows, however little it closes."""
-    return any(makes(validator, effect, before, after) for makes in (makes_steps, makes_doubling))
-
-
 def makes_steps(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
     """Whether ``effect`` makes steps: disparities of ``after`` lie on the recording's, those of ``before`` do not.
 
@@ -74,18 +69,26 @@ def makes_doubling(validator: Validator, effect: type[Effect], before: Effects, 
     """
     if not effect.moves_camera or validator.evidence.doubled is None:
         return False
-    without, with_it = (validator.once(_doubled_as_recorded, effects) for effects in (before, after))
-    limit = validator.evidence.config.agreement.left_along
-    return without < limit <= with_it
+    least = validator.evidence.config.agreement.left_along * validator.once(_line_recorded)
+    without, with_it = (validator.once(_line_simulated, effects) for effects in (before, after))
+    return without < least <= with_it
 
 
-def _doubled_as_recorded(validator: Validator, effects: Effects) -> float:
-    """How strong the lines of the recording's doubled rows are in a sensor's pictures, 1 if as in the recording's."""
-    evidence, blocks = validator.evidence, validator.blocks[:: max(1, len(validator.blocks) // 4)]
-    assert evidence.doubled is not None
-    shown = (picture for b in blocks for picture in evidence.pictures(effects, b, Seed("doubling")))
-    recorded = (evidence.recorded(int(i)) for b in blocks for i in evidence.blocks[b])
-    return line_of(shown, evidence.doubled) / max(line_of(recorded, evidence.doubled), 1e-12)
+def _line_recorded(validator: Validator) -> float:
+    """How strong the lines of the doubled rows are in some of the recording's pictures."""
+    evidence = validator.evidence
+    return line_of((evidence.recorded(int(i)) for b in validator.few for i in evidence.blocks[b]), _doubled(validator))
+
+
+def _line_simulated(validator: Validator, effects: Effects) -> float:
+    """How strong the lines of the recording's doubled rows are in the same pictures of a sensor."""
+    shown = (validator.evidence.pictures(effects, b, Seed("doubling")) for b in validator.few)
+    return line_of((picture for pictures in shown for picture in pictures), _doubled(validator))
+
+
+def _doubled(validator: Validator) -> tuple[float, float]:
+    assert validator.evidence.doubled is not None
+    return validator.evidence.doubled
 
 
 def disagreement(
@@ -103,7 +106,7 @@ def disagreement(
     explain, along every axis on which it stands out, and not along the first one only. flexible: whether it has so many
     parameters that it comes near to much.
     """
-    if makes_what_no_other_does(validator, effect, before, after):
+    if any(makes(validator, effect, before, after) for makes in (makes_steps, makes_doubling)):  # as nothing else does
         return None
     if why := rules.is_idle(validator, effect, before, after) or rules.unseen_step(validator, effect, before, after):
         return why

@@ -53,17 +53,25 @@ class Asked:
         """(axes,) whether it acts along an axis, or one of the two that are crossed."""
         return np.array([bool(axis.names & set(self.effect.axes)) for axis in self.validator.evidence.axes])
 
-    def others(self, axis: int) -> list[Effect]:
-        """The causes named so far that act along an axis. What a learned pattern leaves is due to no formula."""
-        base, along = self.validator.evidence.base, self.validator.evidence.axes[axis].names
-        named = (cause for cause in self.before if cause not in base and not learned_of(type(cause)))
-        return [cause for cause in named if along & set(cause.axes)]
+    @property
+    def named(self) -> list[Effect]:
+        """The causes named so far."""
+        return [cause for cause in self.before if cause not in self.validator.evidence.base]
+
+    def others(self, axis: int, k: int | None = None) -> list[Effect]:
+        """The causes named so far that act along an axis, of one kind or of any.
+
+        What a learned pattern leaves is due to no formula.
+        """
+        along = self.validator.evidence.axes[axis].names
+        formulas = (cause for cause in self.named if not learned_of(type(cause)))
+        return [one for one in formulas if along & set(one.axes) and (k is None or KINDS[k] in one.kinds)]
 
     def beside(self, k: int) -> int | None:
         """The axis along which a kind of gap changes most of those along which no other cause of that kind acts; None
         where that is none of the effect's."""
         sure, worth = worth_of(self.validator, self.gap, k)
-        theirs = [any(KINDS[k] in cause.kinds for cause in self.others(n)) for n in range(len(worth))]
+        theirs = [bool(self.others(n, k)) for n in range(len(worth))]
         axis = int(np.argmax(np.where(theirs, -np.inf, worth)))
         return axis if sure[axis] and self.own[axis] else None
 
@@ -108,10 +116,10 @@ def unseen_step(validator: Validator, effect: type[Effect], before: Effects, aft
 
 def _step(validator: Validator, effects: Effects) -> float | None:
     """The step of the disparities that a sensor shows [px]."""
-    evidence, blocks = validator.evidence, validator.blocks[:: max(1, len(validator.blocks) // 4)]
+    evidence = validator.evidence
     shown = (
         (evidence.pictures(effects, b, Seed("steps"))[0], evidence.frames[int(evidence.blocks[b][0])].geometry.depth)
-        for b in blocks
+        for b in validator.few
     )
     found = find_steps(evidence.camera, shown, evidence.config.data)
     return found[0] if found else None
@@ -143,8 +151,7 @@ def leaves(asked: Asked, k: int) -> str | None:
     if k == ALL and not asked.own[first] and asked.others(first):  # it is what they leave
         return None
     uniform = whole * (limit.uniform_tails if KINDS[k] == "tail" else limit.uniform)
-    beside = any(cause not in asked.validator.evidence.base for cause in asked.before)
-    if asked.closes_well and beside and not asked.alone:  # what changes may be for a cause that is still to be found
+    if asked.closes_well and asked.named and not asked.alone:  # the change may be for a cause still to be found
         uniform = whole * limit.mostly
     if not sure[first] or gap.varies[k, first] <= uniform:
         share = float(left.whole[k]) / whole
@@ -161,7 +168,7 @@ def leaves(asked: Asked, k: int) -> str | None:
 
 def _is_theirs(asked: Asked, k: int, axis: int) -> bool:
     """Whether an axis is one of another cause of that kind, and none of the effect's."""
-    return not asked.own[axis] and any(KINDS[k] in cause.kinds for cause in asked.others(axis))
+    return not asked.own[axis] and bool(asked.others(axis, k))
 
 
 def _is_more(asked: Asked, k: int) -> bool:
@@ -191,11 +198,10 @@ def is_of(asked: Asked, k: int) -> str | None:
     sure, _ = worth_of(asked.validator, gap, k)
     if not sure[first] or asked.own[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
         return None
-    for cause in asked.others(first):
-        if KINDS[k] in cause.kinds:
-            name = asked.validator.evidence.axes[first].name
-            return f"is for what {cause.id} leaves along {name.replace('_', ' ')}"
-    return None
+    cause = next(iter(asked.others(first, k)), None)
+    if cause is None:
+        return None
+    return f"is for what {cause.id} leaves along {asked.validator.evidence.axes[first].name.replace('_', ' ')}"
 
 
 def leaves_elsewhere(asked: Asked, k: int) -> str | None:
@@ -301,8 +307,7 @@ def left_of_pairs(asked: Asked) -> float:
 
 def goes_together(asked: Asked) -> str | None:
     """Whether errors that an effect makes one by one go together in the recording, and no other cause makes them so."""
-    base = asked.validator.evidence.base
-    if any(cause.kinds[0] == "correlation" for cause in asked.before if cause not in base):
+    if any(cause.kinds[0] == "correlation" for cause in asked.named):
         return None
     if not asked.alone or asked.left.together <= asked.limit.together * asked.does.whole[ALL]:
         return None

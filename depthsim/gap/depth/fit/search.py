@@ -59,9 +59,8 @@ class Search:
 
         alone: whether the model is whole, see :func:`agreement.disagreement`.
         """
-        part, before, after = model.parts[number], model.less(number).build(self.base), model.build(self.base)
-        kind, flexible = effect_class(part.effect), self.is_flexible(part)
-        return disagreement(self.validator, kind, before, after, alone=alone, flexible=flexible)
+        flexible = self.is_flexible(model.parts[number])
+        return disagreement(self.validator, *self._part(model, number), alone=alone, flexible=flexible)
 
     def acts(self, model: Model) -> bool:
         """Whether the newest part of a model acts where the gap lies that the others leave."""
@@ -81,17 +80,19 @@ class Search:
 
     def shows_itself(self, model: Model, number: int) -> bool:
         """Whether one part of a model, as it is fitted, makes what it is known by."""
-        before, after = model.less(number).build(self.base), model.build(self.base)
-        return shows_itself(self.validator, effect_class(model.parts[number].effect), before, after)
-
-    def _newest(self, model: Model) -> tuple[type[Effect], Sequence[Effect], Sequence[Effect]]:
-        before = model.less(len(model.parts) - 1).build(self.base)
-        return effect_class(model.parts[-1].effect), before, model.build(self.base)
+        return shows_itself(self.validator, *self._part(model, number))
 
     def makes_doubling(self, model: Model, number: int) -> bool:
         """Whether one part of a model makes the recording's doubled rows, which the others do not."""
-        kind = effect_class(model.parts[number].effect)
-        return makes_doubling(self.validator, kind, model.less(number).build(self.base), model.build(self.base))
+        return makes_doubling(self.validator, *self._part(model, number))
+
+    def _newest(self, model: Model) -> tuple[type[Effect], Sequence[Effect], Sequence[Effect]]:
+        return self._part(model, len(model.parts) - 1)
+
+    def _part(self, model: Model, number: int) -> tuple[type[Effect], Sequence[Effect], Sequence[Effect]]:
+        """An effect of a model, and the sensor without it and with it."""
+        before, after = model.less(number).build(self.base), model.build(self.base)
+        return effect_class(model.parts[number].effect), before, after
 
     def step(
         self, so_far: Model | None, earlier: Sequence[Trial] = (), is_out: Callable[[str], bool] = lambda _: False

@@ -59,6 +59,11 @@ class Validator:
         self._runs: dict[str, list[Counts]] = {}
         self._known: dict[tuple[Any, ...], Any] = {}
 
+    @property
+    def few(self) -> list[int]:
+        """Four or a few more of the blocks, spread over all: enough for what pictures show as a whole."""
+        return self.blocks[:: max(1, len(self.blocks) // 4)]
+
     def runs(self, effects: Sequence[Effect], count: int) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
         key = _key(effects)
