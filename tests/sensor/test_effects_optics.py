@@ -45,9 +45,9 @@ def test_distortion_is_the_same_in_every_frame_and_nothing_in_the_middle() -> No
     assert error[-1, -1] > 0.05
 
 
-def jitter(sigma: float, index: int = 0) -> tuple[Array, Array]:
+def jitter(sigma: float, index: int = 0, **keys: float) -> tuple[Array, Array]:
     """How far rays were moved along the plane's slope, in pixels and divided by sigma; and the picture of it."""
-    z = measure(LateralNoise(sigma=sigma), index=index).depth.astype(np.float64)
+    z = measure(LateralNoise(sigma=sigma, **keys), index=index).depth.astype(np.float64)
     x, y = CAMERA.rays.astype(np.float64)
     # 2 / z = 1 - a (x + dx / f) - b (y + dy / f): one number per pixel of std sigma · |(a, b)| / f.
     moved = (1 - SLOPE[0] * x - SLOPE[1] * y - 2 / z) * CAMERA.fx / np.hypot(*SLOPE)
@@ -68,16 +68,28 @@ def test_the_jitter_is_drawn_for_every_pixel_and_frame() -> None:
         assert abs(shifted.mean()) < 4 * 0.64 / np.sqrt(shifted.size)
 
 
-def test_x_and_y_jitter_apart() -> None:
+@pytest.mark.parametrize("correlation", [0, 4])
+def test_x_and_y_jitter_apart(correlation: float) -> None:
     across = Caster(as_scene(quad((-40, -40, 2 - 40 * 0.5), (0, 80, 0), (80, 0, 40))))
     down = Caster(as_scene(quad((-40, -40, 2 - 40 * 0.5), (0, 80, 40), (80, 0, 0))))
     errors = []
     for caster in (across, down):
-        errors.append(2 / measure(LateralNoise(), caster=caster).depth.astype(np.float64))
+        errors.append(2 / measure(LateralNoise(correlation=correlation), caster=caster).depth.astype(np.float64))
         errors[-1] -= 2 / measure(caster=caster).depth.astype(np.float64)
     a, b = (e.ravel() / e.std() for e in errors)
-    assert abs((a * b).mean()) < 4 / np.sqrt(a.size)
-    assert abs(errors[0].std() / errors[1].std() - 1) < 4 / np.sqrt(a.size)
+    independent = a.size / max(1, 2 * correlation) ** 2
+    assert abs((a * b).mean()) < 4 / np.sqrt(independent)
+    assert abs(errors[0].std() / errors[1].std() - 1) < 4 / np.sqrt(independent)
+
+
+@pytest.mark.parametrize("lag", [2, 5])
+def test_outlines_wander_smoothly(lag: int) -> None:
+    pictures = np.stack([jitter(1.5, index, correlation=lag)[1] / 1.5 for index in range(40)])
+    independent = pictures.size / (2 * lag) ** 2
+    assert abs(pictures.std() - 1) < 4 / np.sqrt(2 * independent)
+    for shifted in (pictures[:, :, lag:] * pictures[:, :, :-lag], pictures[:, lag:] * pictures[:, :-lag]):
+        assert abs(shifted.mean() - 0.5) < 4 / np.sqrt(independent)
+    assert abs((pictures[1:] * pictures[:-1]).mean()) < 4 / np.sqrt(independent)
 
 
 def test_jitter_leaves_a_square_wall_as_it_is_and_comes_on_top_of_the_bend() -> None:

@@ -8,6 +8,7 @@ from depthsim.draws import BLOCK, normal_block
 from depthsim.kernels import kernel
 from depthsim.parallel import split
 from depthsim.sensor.effect import Effect, Stage, parameter
+from depthsim.sensor.noise_field import Correlation, noise_field
 from depthsim.sensor.view import View
 
 
@@ -76,7 +77,10 @@ def _jitter(start, stop, frame, stream, key, step, rays, out):
 
 
 class LateralNoise(Effect):
-    """Every ray is off by sigma · N(0, 1) pixels in x and y, drawn anew for each pixel and frame."""
+    """Every ray is off by sigma · N(0, 1) pixels in x and y, drawn anew for each frame, by pixel or as a smooth field.
+
+    In a smooth field outlines wander, as they do in stereo that has nothing to match between the dots.
+    """
 
     id: ClassVar[str] = "lateral_noise"
     stage: ClassVar[Stage] = Stage.OPTICS
@@ -85,6 +89,7 @@ class LateralNoise(Effect):
     axes = ("edge_distance", "incidence")
     kinds = ("spread", "tail")
     recording = "sharp depth edges, and slanted surfaces beside frontal ones"
+    forms = ({"correlation": 0.0}, {})
 
     sigma: float = parameter(
         0.8,
@@ -95,12 +100,27 @@ class LateralNoise(Effect):
         about="standard deviation in x and in y",
         source="Nguyen 2012, a Kinect: 0.8 + 0.035·θ/(π/2 - θ) px, here without its small growth with the angle θ",
     )
+    correlation: float = parameter(
+        0.0,
+        low=0,
+        high=32,
+        unit="px",
+        about="lag, along rows and columns, at which two rays' errors are correlated by 1/2; 0 is each by itself",
+        source="Nguyen 2012 has none; active stereo of dots, as benchmarks/stereo.py renders and matches it: 7 px",
+        starts=(3.0, 8.0),
+        scale="log",
+    )
 
     def bend(self, view: View) -> None:
         """Move every ray."""
         draws, jittered = view.draws(self.id), view.scratch.empty(view.rays.shape)
         for axis, focal in enumerate((view.camera.fx, view.camera.fy)):
-            flat = view.rays[axis].reshape(-1), jittered[axis].reshape(-1)
             step = np.float32(self.sigma / focal)
+            if self.correlation:
+                both = Correlation(x=self.correlation, y=self.correlation)
+                field = noise_field(view.draws(f"{self.id} {'xy'[axis]}"), view.rays.shape[1:], both, view.threads)
+                np.add(view.rays[axis], step * field, out=jittered[axis])
+                continue
+            flat = view.rays[axis].reshape(-1), jittered[axis].reshape(-1)
             split(_jitter, flat[0].size, view.threads, draws.frame, axis, draws.key, step, *flat, multiple=BLOCK)
         view.rays = jittered
