@@ -18,7 +18,8 @@ from depthsim.gap.depth.data.divergence import MEASURE, UNIT, Ruler
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.histograms import ACROSS, BINS, ERROR, PHASE
 from depthsim.gap.depth.where.differences import Difference, compare_cells
-from depthsim.gap.depth.where.localize import PAIRS, beyond_each, shortest_row
+from depthsim.gap.depth.where.localize import PAIRS, beyond_each
+from depthsim.gap.depth.where.part import main_part
 from depthsim.gap.diagnosis import Cut, Diagnosis, Gap, Unexplained
 from depthsim.gap.report.words import place as place_in_words
 from depthsim.materials import Materials, load_materials
@@ -185,7 +186,7 @@ def _where(
             bits = np.minimum(bits, beyond_each(a, number, x, y) * totals[inside])
         if not bits.any():
             continue
-        cells = _part(bits / bits.sum(), ordered=bool(axis.unit))
+        cells = main_part(axis, bits / bits.sum())
         difference = compare_cells(a, number, cells, y, x)
         interval = axis.interval(cells)
         cut = Cut(
@@ -202,14 +203,6 @@ def _where(
     for _, cut in sorted(found, key=lambda pair: -pair[0]):
         cuts.setdefault(cut.axis, cut)
     return tuple(cuts.values())[: a.config.where.most_axes]
-
-
-def _part(shares: Floats, *, ordered: bool, enough: float = 0.7) -> NDArray[np.int64]:
-    """The cells that hold ``enough`` of the difference: a row of them on an axis that is ordered."""
-    if not ordered:
-        order = np.argsort(-shares)
-        return order[: min(int(np.searchsorted(np.cumsum(shares[order]), enough)) + 1, 3)]
-    return shortest_row(shares, enough)
 
 
 def _in_words(difference: Difference) -> str:

@@ -162,7 +162,7 @@ def _image_position(k: Cuts) -> Axis:
     def cells(c: Covariates, _: int) -> Numbers:
         return (_rows(c) * _ROWS // k.camera.height) * _COLUMNS + _columns(c) * _COLUMNS // k.camera.width
 
-    return Axis("image_position", ERROR, _ROWS * _COLUMNS, cells, label)
+    return Axis("image_position", ERROR, _ROWS * _COLUMNS, cells, label, columns=_COLUMNS)
 
 
 def _edge_distance(kind: int, *, single: bool) -> Axis:
@@ -172,24 +172,28 @@ def _edge_distance(kind: int, *, single: bool) -> Axis:
         near = (c.edge > 0) | c.hidden
         return np.where(near, c.edge.astype(np.int16) + EDGE_CODES * c.hidden, -1)
 
-    def label(cells: NDArray[np.int64]) -> str:
-        return ", ".join(dict.fromkeys(_edge_name(int(c)) for c in cells))
-
     size = 2 * EDGE_CODES
     title = "from a depth edge [px]: - background, + foreground"
-    return Axis("edge_distance", kind, size, cells, label, "px", single, bars=_edge_bars(size), drawn_as=title)
+    return Axis("edge_distance", kind, size, cells, _edge_names, "px", single, bars=_edge_bars(size), drawn_as=title)
 
 
-def _edge_name(cell: int) -> str:
-    hidden, code = divmod(cell, EDGE_CODES)
-    if code == 0:
-        return "hidden from the right imager"
-    distance, direction = (code - 1) % 5, (code - 1) // 5
-    side = "behind" if direction < 4 else "before"
-    where = ("left", "right", "above", "below")[direction % 4]
-    begin = 1 if distance == 0 else EDGE_DISTANCES[distance - 1] + 1
-    pixels = f"{begin}" if begin == EDGE_DISTANCES[distance] else f"{begin} to {EDGE_DISTANCES[distance]}"
-    return f"{pixels} px {side} an edge {where}" + (", hidden" if hidden else "")
+def _edge_names(cells: NDArray[np.int64]) -> str:
+    """By side of the edge, from the nearest to the farthest distance, in any of the directions."""
+    hidden, code = np.divmod(cells, EDGE_CODES)
+    count, directions = len(EDGE_DISTANCES), ("left", "right", "above", "below")
+    begins = (1, *(d + 1 for d in EDGE_DISTANCES[:-1]))
+    found = ["hidden from the right imager"] if np.any(code == 0) else []
+    for side, seen in (("behind", 0), ("before", 1)):
+        for away in (0, 1):
+            part = code[(code > 0) & ((code - 1) // (4 * count) == seen) & (hidden == away)] - 1
+            if not len(part):
+                continue
+            begin, end = begins[(part % count).min()], EDGE_DISTANCES[(part % count).max()]
+            ways = [way for n, way in enumerate(directions) if n in part // count % 4]
+            pixels = f"{begin}" if begin == end else f"{begin} to {end}"
+            where = "" if len(ways) == 4 else " " + ", ".join(ways)
+            found.append(f"{pixels} px {side} an edge{where}" + (", hidden" if away else ""))
+    return "; ".join(found)
 
 
 def _edge_bars(size: int) -> tuple[NDArray[np.int64], tuple[str, ...]]:

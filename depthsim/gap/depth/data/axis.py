@@ -19,9 +19,10 @@ class Axis:
 
     name: as in diagnosis.json; two joined by " x " for a pair. kind: which histogram is counted in every cell.
     size: how many cells there are. cells: the cell of every pixel of a frame, from its covariates and its number; -1 is
-    none. label: some of the cells in words. unit: of the axis, empty where its cells have no order.
+    none. label: some of the cells in words. unit: of the axis, or empty.
     single: whether it is cut along itself alone, and not a pair or a closer look at an axis that is there already.
-    edges: (size + 1,) where the cells begin and end [unit]. bars: for an axis that is drawn by names, the bar of each
+    edges: (size + 1,) where the cells begin and end [unit], None where they have no order. columns: of cells that are
+    places in the picture, row by row; 0 for others. bars: for an axis that is drawn by names, the bar of each
     cell, (size,), and the names. drawn_as: what a drawing says beside it, where that is not its name and unit.
     """
 
@@ -33,6 +34,7 @@ class Axis:
     unit: str = ""
     single: bool = True
     edges: NDArray[np.floating] | None = None
+    columns: int = 0
     bars: tuple[NDArray[np.int64], tuple[str, ...]] | None = None
     drawn_as: str = ""
 

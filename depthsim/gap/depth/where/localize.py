@@ -21,6 +21,7 @@ from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.data.simulate import LOCATING
 from depthsim.gap.depth.where.correction import learnable
 from depthsim.gap.depth.where.differences import TAIL, Difference, compare_cells
+from depthsim.gap.depth.where.part import main_part
 from depthsim.gap.diagnosis import Cut
 from depthsim.sensor.effect import Effect
 
@@ -161,7 +162,7 @@ def cuts_of(evidence: Evidence, effects: Sequence[Effect], places: Sequence[Plac
         if axis.name in seen or place.depends < limit.least_share or len(cuts) >= limit.most_axes:
             continue
         seen.add(axis.name)
-        cells = shortest_row(place.shares) if axis.unit else _largest(place.shares)
+        cells = main_part(axis, place.shares)
         difference = compare_cells(evidence, place.axis, cells, real, simulated)
         cuts.append(_tell(evidence, place, cells, difference))
         if difference.what == "tail" and "residual_tail" not in seen:
@@ -185,21 +186,3 @@ def _tell(evidence: Evidence, place: Place, cells: NDArray[np.int64], difference
         what=difference.what,
         text=difference.words,
     )
-
-
-def shortest_row(shares: Floats, enough: float = 0.7) -> NDArray[np.int64]:
-    """The shortest row of cells that holds ``enough`` of the whole."""
-    sums = np.concatenate([[0], np.cumsum(shares)])
-    best = (0, len(shares))
-    for begin in range(len(shares)):
-        end = int(np.searchsorted(sums, sums[begin] + enough - 1e-12))
-        if end <= len(shares) and end - begin < best[1] - best[0]:
-            best = (begin, end)
-    return np.arange(*best)
-
-
-def _largest(shares: Floats, enough: float = 0.5, most: int = 3) -> NDArray[np.int64]:
-    """The cells that hold most of the gap."""
-    order = np.argsort(-shares)
-    count = int(np.searchsorted(np.cumsum(shares[order]), enough)) + 1
-    return order[: min(count, most)]
