@@ -189,6 +189,7 @@ def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:
     assert "independent" in str(rules.goes_together(asked("fill_rate", none, together, none)))
     beside = asked("fill_rate", none, together, none, before=(effect_class("spatial_correlation")(),))
     assert rules.goes_together(beside) is None
+    assert rules.goes_together(asked("fixed_pattern", none, together, none)) is None
 
 
 @given(arrays(np.float64, (3, 35), elements=st.floats(0, 1e4)))

@@ -21,6 +21,7 @@ from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.diagnosis import Nearest
 from depthsim.gap.selection import Refused, closes_enough
 from depthsim.sensor.effect import effect_class
+from depthsim.sensor.parameter import learned_of
 
 
 @dataclass(frozen=True)
@@ -104,12 +105,13 @@ def _chain(search: Search, score: Score, chain: _Chain) -> _Chain:
         looked = [[trial for trial in step if not chain.is_out(trial.newest.effect)] for step in chain.looked]
         whole, chain.ties = compare_rivals(search, chain.model, chain.gap, looked, chain.before)
         confirmed = _confirmed(search, chain, whole)
-        dropped = {part.effect for part in whole.parts} - {part.effect for part in confirmed.parts}
+        grown, compared, left = ({part.effect for part in m.parts} for m in (chain.model, whole, confirmed))
+        dropped, others = compared - left, compared - grown  # a cause in place of another one may leave other things
         chain.dropped |= dropped
         chain.model = confirmed if confirmed.parts else None
         chain.score = search.validator.score(confirmed.build(search.base)) if confirmed.parts else score
         chain.gap = search.validated(confirmed).gap if confirmed.parts else search.before
-        if not dropped:
+        if not dropped and not others:
             break
     return chain
 
@@ -130,7 +132,8 @@ def _other_beginnings(search: Search, chain: _Chain) -> Iterator[_Chain]:
     ]
     for other in others[: limit.beginnings - 1]:
         trial = instead(search, chain.model, first.newest.effect, other)
-        if trial.gap - chain.gap < limit.near_of_cause * (chain.gap - search.floor):
+        alone = len(chain.named) == 1  # then it has been compared with the first, and not with what that stood for
+        if alone or trial.gap - chain.gap < limit.near_of_cause * (chain.gap - search.floor):
             score = search.validator.score(trial.model.build(search.base))
             begun = _Chain(search.config.select, score, trial.gap, trial.model, [*chain.looked], [*chain.before])
             yield replace(begun, refused=Refused(chain.refused), asked=chain.asked.copy())
@@ -220,7 +223,8 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
     if gained < max(faint, limit.further_apart * left):
         return False
     along = search.left_along(trial.model)
-    acts = along is not None and along <= limit.left_alone
+    learned = learned_of(effect_class(trial.newest.effect))  # as much as other frames say for sure is there
+    acts = along is not None and (bool(learned) or along <= limit.left_alone)
     return all(_stays(search, gap, trial, other) or (acts and not search.acts(other.model)) for other in others)
 
 

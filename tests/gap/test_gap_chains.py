@@ -1,0 +1,78 @@
+"""When causes are looked for once more: after one has taken another's place, and with another one first."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from depthsim.gap.config import DepthConfig, DepthSelect
+from depthsim.gap.depth.fit import select
+from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.search import Search, Trial
+from depthsim.gap.depth.fit.validate import Score
+
+SCORE = cast("Score", SimpleNamespace(stands_out=lambda limit: True, above=0.3, floor=0.0))
+
+
+def model(*effects: str) -> Model:
+    """Causes without parameters."""
+    return Model(tuple(Candidate(effect, (), {}, ((),)) for effect in effects), np.empty(0))
+
+
+class FakeSearch:
+    """A gap of 1 and a floor of 0. gaps: of models, by the names of their effects."""
+
+    before, floor, whole, base = 1.0, 0.0, 1.0, ()
+    config = DepthConfig()
+
+    def __init__(self, **gaps: float) -> None:
+        self.gaps = gaps
+        self.validator = SimpleNamespace(score=lambda effects: SCORE)
+
+    def validated(self, of: Model) -> Trial:
+        return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])
+
+    def fit(self, of: Model, rounds: int) -> Model:
+        return of
+
+    def say(self, text: str) -> None:
+        pass
+
+
+def chain(gap: float, *effects: str) -> Any:
+    return select._Chain(DepthSelect(), SCORE, gap, model(*effects))
+
+
+def test_a_cause_in_the_place_of_another_leaves_other_things(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A filter stands for small noise and for its correlation; with the noise in its place the correlation is found."""
+    search, grown = cast("Search", FakeSearch(noise=0.3, noise_correlation=0.1)), []
+
+    def grow(search: Search, chain: Any) -> None:
+        grown.append(chain.named)
+        chain.model = model("noise", "correlation") if chain.named == ("noise",) else model("filter")
+
+    def compare(search: Search, of: Model, *rest: object) -> tuple[Model, dict[str, tuple[str, ...]]]:
+        return (model("noise") if of.parts[0].effect == "filter" else of), {}
+
+    monkeypatch.setattr(select, "_grow", grow)
+    monkeypatch.setattr(select, "compare_rivals", compare)
+    monkeypatch.setattr(select, "_confirmed", lambda search, chain, whole: whole)
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    found = select._chain(search, SCORE, select._Chain(DepthSelect(), SCORE, 1.0))
+    assert grown == [(), ("noise",)]
+    assert found.named == ("noise", "correlation")
+
+
+@pytest.mark.parametrize(("noise", "named", "begins"), [(0.35, 1, True), (0.45, 1, False), (0.35, 2, False)])
+def test_another_beginning_is_tried_where_it_comes_near(
+    monkeypatch: pytest.MonkeyPatch, noise: float, named: int, begins: bool
+) -> None:
+    """Near to a lone first cause, by what the two close; beside others, which have their parts, by what is left."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    search = cast("Search", FakeSearch(noise_offset=0.3))
+    first = chain(0.2, *("filter", "offset")[:named])
+    first.looked = [(Trial(model("filter"), 0.2), Trial(model("noise"), noise))]
+    others = list(select._other_beginnings(search, first))
+    assert [one.model.parts[-1].effect for one in others] == (["noise"] if begins else [])
