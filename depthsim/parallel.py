@@ -41,6 +41,10 @@ def run_threads(work: Callable[[int], None], threads: int) -> None:
 
 def split(kernel: Callable[..., None], size: int, threads: int, *arguments: object, multiple: int = 1) -> None:
     """Call ``kernel(start, stop, *arguments)`` on ``threads`` equal parts of ``range(size)``, cut at ``multiple``."""
+    if threads == 1:
+        if size:
+            kernel(0, size, *arguments)
+        return
     step = -(-size // (threads * multiple)) * multiple
 
     def work(index: int) -> None:

@@ -1,5 +1,6 @@
 """Set up before any test module is read."""
 
+import gc
 import hashlib
 import os
 from pathlib import Path
@@ -23,3 +24,12 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(_ROOT / ".pytest_cache" / "numba" /
 
 # As the command line does, and before numpy is imported: the kernels have the cores.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# Containers often tell Python to keep no bytecode. Each of the hundreds of processes that the tests start would compile
+# the package anew, for a third of a second.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+def pytest_collection_finish() -> None:
+    """What has been imported stays: look for garbage without it, and let forked processes share it."""
+    gc.freeze()

@@ -59,6 +59,13 @@ class Banner(FlightEffect):
 
         return [Candidate(cls.id, "square", (Parameter("area", "m²", 0.0, 0.01, 0.0, 1.0),), towed)]
 '''
+LISTED = """
+from depthsim.gap.depth.fit.advice import advice_for
+from depthsim.sensor import effect_ids
+
+print(*effect_ids())
+print(advice_for("dirty_window", ("fill_rate",)))
+"""
 KNOWS = """
 import json, sys
 import viser
@@ -136,7 +143,8 @@ def test_simulator_and_diagnosis_know_it(run: Run, tmp_path: Path) -> None:
     small = ("--camera", "d435", "--resolution", "106x60", "--rate", 1, "--frames", 8, "--only-depth", "--threads", 1)
     depthsim(run, "generate", "office", *small, "--sensor", tmp_path / "dirty.yaml", "--out", tmp_path / "run")
     rivals = {"dirty_window", "fill_rate", "vignetting_noise", "invalid_band"}
-    listed = run("-c", "from depthsim.sensor import effect_ids; print(*effect_ids())").stdout.split()
+    names, advice = run("-c", LISTED).stdout.splitlines()
+    listed = names.split()
     without = [word for name in listed if name not in rivals for word in ("--without", name)]
     assert "dirty_window" in listed and len(without) > 40
     report = tmp_path / "report"
@@ -146,8 +154,7 @@ def test_simulator_and_diagnosis_know_it(run: Run, tmp_path: Path) -> None:
     cause = found["causes"][0]
     assert cause["effect"] == "dirty_window"
     assert cause["parameters"]["dirt"] == pytest.approx(0.2, abs=0.03) and cause["closed_fraction"] > 0.9
-    asked = "from depthsim.gap.depth.fit.advice import advice_for; print(advice_for('dirty_window', ('fill_rate',)))"
-    assert "a wall with the window wiped" in run("-c", asked).stdout
+    assert "a wall with the window wiped" in advice
     assert "Holes that grow towards the right" in (report / "index.html").read_text()
     like = ("generate", "--like", tmp_path / "run", "--sensor", report / "sensor.yaml")
     depthsim(run, *like, "--out", tmp_path / "again", "--only-depth")

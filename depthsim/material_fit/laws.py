@@ -29,9 +29,9 @@ class LawFit:
 
     def interval(self, index: int) -> tuple[float, float]:
         """The 95 % confidence interval of a parameter."""
-        from scipy.stats import t
+        from scipy.special import stdtrit
 
-        half = t.ppf(0.975, self.freedom) * np.sqrt(self.covariance[index, index])
+        half = stdtrit(self.freedom, 0.975) * np.sqrt(self.covariance[index, index])
         return float(self.parameters[index] - half), float(self.parameters[index] + half)
 
 

@@ -111,11 +111,11 @@ def fuse(
     least_views: int,
     tag: str,
     progress: Progress = lambda done, total: None,
-    blocks: int = 20_000,
+    blocks: int = 2_500,
 ) -> Scene:
     """The mesh of all frames, of surfaces that ``least_views`` frames or more have seen; poses (N, 4, 4).
 
-    blocks: of 16^3 voxels, 80 kB each, that there is room for to begin with.
+    blocks: of 16^3 voxels, 80 kB each, that there is room for to begin with; to touch more takes seconds.
     """
     o3d = quiet_open3d()
     core = o3d.core

@@ -173,6 +173,7 @@ def _batch(reader: Reader, seed: int, numbers: range, tally: Tally, until: float
 
 def _work(reader: Reader, seed: int, numbers: range, pipe: Connection, home: str, until: float | None) -> None:
     """In the process: one input after the other, each reported."""
+    gc.freeze()  # what is shared with the process before: to look through it for garbage would copy it all
     warnings.simplefilter("ignore")
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)

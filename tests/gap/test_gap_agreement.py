@@ -18,7 +18,7 @@ from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.fit import rules
 from depthsim.gap.depth.fit.changes import KINDS, Changes, less_others
 from depthsim.gap.depth.fit.search import worth_a_look
-from depthsim.gap.depth.where.differences import tails
+from depthsim.gap.depth.where.differences import moments, tails
 from depthsim.presets import preset
 from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
@@ -195,7 +195,8 @@ def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:
 @given(arrays(np.float64, (3, 35), elements=st.floats(0, 1e4)))
 def test_tails_are_shares_and_alike_of_what_is_alike(counts: NDArray[np.float64]) -> None:
     counts = np.round(counts)
-    one, other = tails(counts, counts)
+    own = moments(counts)
+    one, other = tails(counts, counts, own, own)
     assert one == pytest.approx(other)
     assert ((one >= 0) & (one <= 1)).all()
 

@@ -26,6 +26,7 @@ BANK = ("material_noise", "disparity_noise", "fill_rate")
 OTHERS = tuple(name for name in effect_ids() if name not in BANK)
 ALIKE = {"d415", "d435", "d455"}
 """The same chip: in so few pixels they are indistinguishable."""
+OFFICE = load_scene("office")
 
 _KEPT = TemporaryDirectory(prefix="depthsim_profiles_")
 
@@ -33,10 +34,9 @@ _KEPT = TemporaryDirectory(prefix="depthsim_profiles_")
 @cache
 def recorded(name: str) -> Run:
     """Six small frames in the office, with the seed that fits once had as their own."""
-    scene, camera = load_scene("office"), preset("d435", 80, 46).model_copy(update={"rate": 1.0})
-    folder = Path(_KEPT.name) / name
-    path = load_trajectory("tour", scene, camera.rate, 6)
-    generate(scene, path, camera, load_profile(name), folder, streams=("depth",), seed=1, threads=1)
+    camera, folder = preset("d435", 80, 46).model_copy(update={"rate": 1.0}), Path(_KEPT.name) / name
+    path = load_trajectory("tour", OFFICE, camera.rate, 6)
+    generate(OFFICE, path, camera, load_profile(name), folder, streams=("depth",), seed=1, threads=1)
     return Run.open(folder)
 
 
@@ -61,7 +61,7 @@ def holds(found: Diagnosis) -> None:
 
 @pytest.mark.parametrize(("real", "sensor"), list(product(profile_names(), EFFECTS)))
 def test_every_profile_against_every_profile(real: str, sensor: str) -> None:
-    found = diagnose(recorded(real), sensor=sensor, without=OTHERS, threads=1)
+    found = diagnose(recorded(real), scene=OFFICE, sensor=sensor, without=OTHERS, threads=1)
     holds(found)
     if real == sensor:
         assert found.verdict == "no_gap"
@@ -71,7 +71,7 @@ def test_every_profile_against_every_profile(real: str, sensor: str) -> None:
 
 @pytest.mark.parametrize("real", profile_names())
 def test_every_profile_against_a_sensor_without_chance(real: str, steps: Path) -> None:
-    found = diagnose(recorded(real), sensor=steps, without=OTHERS, threads=1)
+    found = diagnose(recorded(real), scene=OFFICE, sensor=steps, without=OTHERS, threads=1)
     holds(found)
     assert found.verdict != "no_gap" and found.gap.before > 0
 

@@ -17,6 +17,7 @@ from depthsim.gap.depth.report.compare import write_comparison
 from depthsim.gap.depth.report.write import write_report
 from depthsim.gap.flight import Findings, diagnose_flight, investigate
 from depthsim.gap.flight.report import write
+from depthsim.gap.flight.report.drawing import measure_drawing
 from depthsim.gap.flight.report.write import write_report as write_flight_report
 from depthsim.gap.report import drawing
 from depthsim.gap.report.drawing import DRAWING
@@ -31,6 +32,19 @@ def _flown() -> Findings:
     return investigate([flight(EIGHT, Truth(), Noise(), 1)], the_vehicle(False))
 
 
+@cache
+def _page() -> str:
+    return write.report_page(_flown().diagnosis, measure_drawing(_flown()))
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Of depth, which the tests copy."""
+    folder = tmp_path_factory.mktemp("redraw") / "report"
+    write_report(found(), folder)
+    return folder
+
+
 def _again(report: Path) -> None:
     before = (report / PAGE).read_bytes()
     (report / PAGE).unlink()
@@ -38,8 +52,8 @@ def _again(report: Path) -> None:
     assert (report / PAGE).read_bytes() == before
 
 
-def test_a_report_of_depth_is_drawn_again(tmp_path: Path) -> None:
-    write_report(found(), tmp_path / "report")
+def test_a_report_of_depth_is_drawn_again(report: Path, tmp_path: Path) -> None:
+    shutil.copytree(report, tmp_path / "report")
     _again(tmp_path / "report")
     assert Diagnosis.read(tmp_path / "report") == found().diagnosis
 
@@ -64,6 +78,8 @@ def test_a_report_of_flights_is_written_whole_or_not_at_all(
     tmp_path: Path, last: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     flown, folder = _flown(), tmp_path / "report"
+    page = _page()
+    monkeypatch.setattr(write, "report_page", lambda *_: page)  # to draw it takes longer than all else
     write_flight_report(folder, flown)
     (folder / "vehicle.yaml").write_text("of an earlier diagnosis")
     before = {file.name: file.read_bytes() for file in folder.iterdir()}
@@ -73,15 +89,15 @@ def test_a_report_of_flights_is_written_whole_or_not_at_all(
             raise OSError(28, "No space left on device")
         write_whole(file, data)
 
-    for module in (drawing, write):
-        monkeypatch.setattr(module, "write_whole", fail)
-    with pytest.raises(InputError, match="no space left"):
-        write_flight_report(folder, flown)
-    with pytest.raises(InputError, match="no space left"):
-        write_flight_report(tmp_path / "other", flown)
+    with monkeypatch.context() as full:
+        for module in (drawing, write):
+            full.setattr(module, "write_whole", fail)
+        with pytest.raises(InputError, match="no space left"):
+            write_flight_report(folder, flown)
+        with pytest.raises(InputError, match="no space left"):
+            write_flight_report(tmp_path / "other", flown)
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
     assert list(tmp_path.iterdir()) == [folder]
-    monkeypatch.undo()
     write_flight_report(folder, flown)
     assert (folder / "vehicle.yaml").read_text() == flown.vehicle.to_yaml()
 
@@ -106,8 +122,8 @@ def test_a_folder_with_other_files_is_refused_before_anything_is_diagnosed(tmp_p
         (lambda _: "[" * 5000, "Invalid JSON"),
     ],
 )
-def test_a_damaged_drawing_is_reported_in_one_line(tmp_path: Path, change, said: str) -> None:
-    write_report(found(), tmp_path / "report")
+def test_a_damaged_drawing_is_reported_in_one_line(report: Path, tmp_path: Path, change, said: str) -> None:
+    shutil.copytree(report, tmp_path / "report")
     file = tmp_path / "report" / DRAWING
     file.write_text(change(file.read_text()))
     page = (tmp_path / "report" / PAGE).read_bytes()

@@ -94,14 +94,14 @@ def tied(one: Judgement, other: Judgement) -> bool:
     The paired difference of their squared errors is zero within 95 %, over blocks of time or, from five flights on,
     over flights; or the errors differ by less than 1 %.
     """
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     if abs(one.removed.mean - other.removed.mean) <= _ALIKE * min(one.removed.mean, other.removed.mean):
         return True
     differences = [mine - theirs for mine, theirs in zip(one.squares, other.squares, strict=True)]
     for units in (np.concatenate(differences), np.array([flight.sum() for flight in differences])):
         if len(units) >= 5:
-            half = t.ppf(0.975, len(units) - 1) * units.std(ddof=1) / np.sqrt(len(units))
+            half = stdtrit(len(units) - 1, 0.975) * units.std(ddof=1) / np.sqrt(len(units))
             if abs(units.mean()) <= half:
                 return True
     return False

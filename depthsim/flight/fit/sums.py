@@ -114,7 +114,7 @@ def interval95(flights: Sequence[Sums]) -> tuple[Floats, Floats]:
     differs from flight to flight. Of the two standard errors the larger one counts, with Student's factor for the
     number of units that were drawn: from few units a percentile interval is too narrow.
     """
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     generator = np.random.Generator(np.random.Philox(key=0))
     theta = solve(Sums.stacked([flight.total() for flight in flights]))
@@ -126,13 +126,13 @@ def interval95(flights: Sequence[Sums]) -> tuple[Floats, Floats]:
     blocks = sum(map(len, flights))
     free = blocks - len(flights)
     spread = _spread(Sums.stacked(drawn, axis=1)) * np.sqrt(blocks / free)
-    half = t.ppf(0.975, free) * spread
+    half = stdtrit(free, 0.975) * spread
     if len(flights) >= 5:
         units = len(flights)
         picks = generator.integers(units, size=(DRAWS, units))
         whole = Sums.stacked([flight.total() for flight in flights])
         spread = _spread(whole[picks])
-        half = np.maximum(half, t.ppf(0.975, units - 1) * spread * np.sqrt(units / (units - 1)))
+        half = np.maximum(half, stdtrit(units - 1, 0.975) * spread * np.sqrt(units / (units - 1)))
     return theta - half, theta + half
 
 

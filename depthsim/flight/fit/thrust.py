@@ -160,7 +160,7 @@ def _unseen(blocks: Sequence[Sums]) -> tuple[float, float]:
 
 def _spread(blocks: Sequence[Sums]) -> Floats:
     """Half of the 95 % intervals: a bootstrap over blocks within flights, or over flights from five on."""
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     generator = np.random.Generator(np.random.Philox(key=1))
     totals = Sums.stacked([flight.total() for flight in blocks])
@@ -174,7 +174,7 @@ def _spread(blocks: Sequence[Sums]) -> Floats:
             drawn = Sums.stacked(parts)
         found.append(_solve(drawn)[0])
     units = len(blocks) if len(blocks) >= 5 else sum(map(len, blocks)) - len(blocks) + 1
-    return np.asarray(t.ppf(0.975, units - 1) * np.std(found, axis=0, ddof=1) * np.sqrt(units / (units - 1)))
+    return np.asarray(stdtrit(units - 1, 0.975) * np.std(found, axis=0, ddof=1) * np.sqrt(units / (units - 1)))
 
 
 def _draw(generator: np.random.Generator, units: int) -> Floats:

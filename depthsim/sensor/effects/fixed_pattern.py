@@ -106,6 +106,7 @@ class FixedPattern(Effect):
         frame.run(_add, scaled.reshape(-1), frame.disparity.reshape(-1))
 
 
+@lru_cache(maxsize=16)
 def spline(knots: int, pixels: int) -> NDArray[np.float64]:
     """(pixels, knots): what each of ``knots`` values, evenly from the first pixel to the last, gives to each pixel."""
     return _spline(knots, np.linspace(0, knots - 1, pixels))

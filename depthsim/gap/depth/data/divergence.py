@@ -11,6 +11,8 @@ from depthsim.gap.depth.data.histograms import BINS
 MEASURE = "Jensen-Shannon divergence of the errors' distributions, mean over all axes"
 UNIT = "bits per pixel"
 Floats = NDArray[np.float64]
+_LEAST = 1e-300
+"""In place of 0, which has no logarithm to multiply 0 by."""
 Counted = NDArray[np.integer] | NDArray[np.float64]
 """(size,) how many pixels are in each bin; weighted ones are no whole numbers."""
 
@@ -56,20 +58,22 @@ class Ruler:
 
     def divergence(self, a: Counted, b: Counted) -> Floats:
         """(cells,) Jensen–Shannon divergence of the histograms in each cell [bits], 0 where one is empty."""
-        n, m = self.totals(a), self.totals(b)
-        filled = np.flatnonzero((a > 0) | (b > 0))  # a small part of all
+        return self._divergence(a, b, self.totals(a))
+
+    def _divergence(self, a: Counted, b: Counted, n: Floats) -> Floats:
+        m = self.totals(b)
+        filled = np.flatnonzero(a + b)  # a small part of all
         cell = self.cell_of_bin[filled]
         p, q = a[filled] / np.maximum(n, 1)[cell], b[filled] / np.maximum(m, 1)[cell]
         middle = (p + q) / 2
-        with np.errstate(divide="ignore", invalid="ignore"):
-            bits = np.where(p > 0, p * np.log2(p / middle), 0) + np.where(q > 0, q * np.log2(q / middle), 0)
+        bits = p * np.log2(np.maximum(p / middle, _LEAST)) + q * np.log2(np.maximum(q / middle, _LEAST))
         return np.where((n > 0) & (m > 0), np.bincount(cell, bits, len(n)) / 2, 0)
 
     def by_axis(self, a: Counted, b: Counted) -> Floats:
         """(axes,) mean divergence of each axis's cells [bits per pixel]."""
         totals = self.totals(a)
         in_axis = np.bincount(self.axis_of_cell, totals, self.axes)
-        summed = np.bincount(self.axis_of_cell, totals * self.divergence(a, b), self.axes)
+        summed = np.bincount(self.axis_of_cell, totals * self._divergence(a, b, totals), self.axes)
         return np.asarray(summed / np.maximum(in_axis, 1))
 
     def over_axes(self, by_axis: Floats, counts: Counted) -> Floats:

@@ -179,7 +179,7 @@ def _scaled(a: Floats, b: Floats) -> Floats:
     one, other = moments(a), moments(b)
     bias = (one.middle - other.middle) / np.sqrt(one.spread**2 + other.spread**2)
     spread = np.log(one.spread / other.spread)
-    shares = [(one.holes, other.holes), tails(a, b)]
+    shares = [(one.holes, other.holes), tails(a, b, one, other)]
     apart = [2 * (np.arcsin(np.sqrt(x)) - np.arcsin(np.sqrt(y))) / np.sqrt(2) for x, y in shares]
     kinds = np.stack([bias, spread, *apart]) / np.sqrt(4 * np.log(2))
     roots = [np.sqrt(x / x.sum(axis=1, keepdims=True)) for x in (a, b)]

@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from depthsim.draws import Seed
 from depthsim.errors import InputError
@@ -175,7 +175,7 @@ def one_more(values: Sequence[float]) -> tuple[float, float, float]:
     """The geometric mean, and between which figures one more run would lie, at 95 %, by Student's t of logarithms."""
     logs = np.log(np.maximum(values, 1e-9))
     count, middle = len(logs), float(logs.mean())
-    half = float(student.ppf(0.975, count - 1) * logs.std(ddof=1) * np.sqrt(1 + 1 / count))
+    half = float(stdtrit(count - 1, 0.975) * logs.std(ddof=1) * np.sqrt(1 + 1 / count))
     low, high = np.exp([middle - half, middle + half])
     return float(np.exp(middle)), float(low), float(high)
 

@@ -12,6 +12,8 @@ from depthsim.gap.diagnosis import What
 _MIDDLES = np.concatenate([[0], (MAGNITUDES[:-1] + MAGNITUDES[1:]) / 2, [100]])
 _CENTRES = np.concatenate([-_MIDDLES[::-1], _MIDDLES])
 _CENTRES[15], _CENTRES[16] = -0.07, 0.07
+_EDGES = np.concatenate([-MAGNITUDES[::-1], [0], MAGNITUDES, [140]]).astype(np.float64)
+_EVEN = np.linspace(0, 1, len(_CENTRES))
 TAIL = 4.5
 """Errors beyond so many spreads of the simulator are reported as tails, where both have few of them."""
 
@@ -100,12 +102,16 @@ def moments(counts: NDArray[np.floating]) -> Moments:
     return Moments(middle, spread, holes)
 
 
-def tails(a: NDArray[np.floating], b: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(cells,) of two sets of histograms of errors (cells, bins), the shares that are far from each one's median."""
-    both = moments(a), moments(b)
-    far = TAIL * np.maximum(both[0].spread, both[1].spread)
+def tails(
+    a: NDArray[np.floating], b: NDArray[np.floating], one: Moments, other: Moments
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(cells,) of two sets of histograms of errors (cells, bins), the shares that are far from each one's median.
+
+    one, other: the moments of each.
+    """
+    far = TAIL * np.maximum(one.spread, other.spread)
     found = []
-    for counts, own in zip((a, b), both, strict=True):
+    for counts, own in ((a, one), (b, other)):
         seen = counts[:, :ERROR_HOLE]
         beyond = np.abs(_CENTRES - own.middle[:, None]) > far[:, None]
         found.append((seen * beyond).sum(axis=1) / np.maximum(seen.sum(axis=1), 1))
@@ -116,15 +122,14 @@ def _core(shares: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np
     """(cells,) median and spread from shares by bin (cells, bins), interpolated; 0 and 1 of none."""
     sums = np.cumsum(shares, axis=1)
     whole = sums[:, -1:]
-    sums = np.where(whole > 0, sums / np.maximum(whole, 1e-300), np.linspace(0, 1, sums.shape[1]))
-    edges = np.concatenate([-MAGNITUDES[::-1], [0], MAGNITUDES, [140]]).astype(np.float64)
+    sums = np.where(whole > 0, sums / np.maximum(whole, 1e-300), _EVEN)
     rows, found = np.arange(len(sums)), []
     for share in (0.16, 0.5, 0.84):
         after = np.minimum((sums < share).sum(axis=1), sums.shape[1] - 1)
         before = np.maximum(after - 1, 0)
         low, high = sums[rows, before], sums[rows, after]
         part = np.clip((share - low) / np.maximum(high - low, 1e-300), 0, 1)
-        found.append(edges[before] + part * (edges[after] - edges[before]))
+        found.append(_EDGES[before] + part * (_EDGES[after] - _EDGES[before]))
     low, middle, high = found
     empty = whole[:, 0] <= 0
     return np.where(empty, 0.0, middle), np.where(empty, 1.0, np.maximum((high - low) / 2, 0.05))
