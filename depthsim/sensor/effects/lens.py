@@ -89,7 +89,6 @@ class LateralNoise(Effect):
     axes = ("edge_distance", "incidence")
     kinds = ("spread", "tail")
     recording = "sharp depth edges, and slanted surfaces beside frontal ones"
-    forms = ({"correlation": 0.0}, {})
 
     sigma: float = parameter(
         0.8,
@@ -106,9 +105,8 @@ class LateralNoise(Effect):
         high=32,
         unit="px",
         about="lag, along rows and columns, at which two rays' errors are correlated by 1/2; 0 is each by itself",
-        source="Nguyen 2012 has none; active stereo of dots, as benchmarks/stereo.py renders and matches it: 7 px",
-        starts=(3.0, 8.0),
-        scale="log",
+        source="Nguyen 2012 has none; 1.5 to 4 px, with sigma 3 to 4, fit depthsim's own active stereo best",
+        frozen=True,
     )
 
     def bend(self, view: View) -> None:
