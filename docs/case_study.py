@@ -42,6 +42,10 @@ COMMANDS = (
 AFTERWARDS = "depthsim generate --like desk --sensor desk_report/sensor.yaml --out desk_simulated"
 
 
+_WIDE = 4.0
+"""Times its lower end: an interval with a higher upper end says little."""
+
+
 @dataclass(frozen=True)
 class Real:
     """A recording: its short name, its run, and what it is, for people."""
@@ -236,10 +240,13 @@ def drift(one: Diagnosis) -> str:
     )
     if not one.causes:
         return f"{text}. As no cause was found, nothing predicts it better."
-    hit = "predicts it" if low_after <= found.recording <= high_after else "does not predict it"
-    return (
-        f"{text}, with the causes {found.after:.2g} % ({low_after:.2g} to {high_after:.2g}): the simulator then {hit}."
-    )
+    if not low_after <= found.recording <= high_after:
+        hit = "the simulator then does not predict it"
+    elif high_after > _WIDE * low_after:
+        hit = "the recording's is among them, as many another would be"
+    else:
+        hit = "the simulator then predicts it"
+    return f"{text}, with the causes {found.after:.2g} % ({low_after:.2g} to {high_after:.2g}): {hit}."
 
 
 def page(found: dict[str, Diagnosis]) -> str:
