@@ -174,10 +174,10 @@ def _edge_distance(kind: int, *, single: bool) -> Axis:
 
     size = 2 * EDGE_CODES
     title = "from a depth edge [px]: - background, + foreground"
-    return Axis("edge_distance", kind, size, cells, _edge_names, "px", single, bars=_edge_bars(size), drawn_as=title)
+    return Axis("edge_distance", kind, size, cells, edge_names, "px", single, bars=_edge_bars(size), drawn_as=title)
 
 
-def _edge_names(cells: NDArray[np.int64]) -> str:
+def edge_names(cells: NDArray[np.int64]) -> str:
     """By side of the edge, from the nearest to the farthest distance, in any of the directions."""
     hidden, code = np.divmod(cells, EDGE_CODES)
     count, directions = len(EDGE_DISTANCES), ("left", "right", "above", "below")
@@ -191,7 +191,7 @@ def _edge_names(cells: NDArray[np.int64]) -> str:
             begin, end = begins[(part % count).min()], EDGE_DISTANCES[(part % count).max()]
             ways = [way for n, way in enumerate(directions) if n in part // count % 4]
             pixels = f"{begin}" if begin == end else f"{begin} to {end}"
-            where = "" if len(ways) == 4 else " " + ", ".join(ways)
+            where = "" if len(ways) == 4 else " " + " or ".join(ways)
             found.append(f"{pixels} px {side} an edge{where}" + (", hidden" if away else ""))
     return "; ".join(found)
 
