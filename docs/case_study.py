@@ -40,8 +40,6 @@ COMMANDS = (
     "depthsim diagnose desk --sensor paper --out desk_report",
 )
 AFTERWARDS = "depthsim generate --like desk --sensor desk_report/sensor.yaml --out desk_simulated"
-
-
 _WIDE = 4.0
 """Times its lower end: an interval with a higher upper end says little."""
 

@@ -112,13 +112,13 @@ class LateralNoise(Effect):
     def bend(self, view: View) -> None:
         """Move every ray."""
         draws, jittered = view.draws(self.id), view.scratch.empty(view.rays.shape)
+        both = Correlation(x=self.correlation, y=self.correlation)
         for axis, focal in enumerate((view.camera.fx, view.camera.fy)):
             step = np.float32(self.sigma / focal)
             if self.correlation:
-                both = Correlation(x=self.correlation, y=self.correlation)
                 field = noise_field(view.draws(f"{self.id} {'xy'[axis]}"), view.rays.shape[1:], both, view.threads)
                 np.add(view.rays[axis], step * field, out=jittered[axis])
-                continue
-            flat = view.rays[axis].reshape(-1), jittered[axis].reshape(-1)
-            split(_jitter, flat[0].size, view.threads, draws.frame, axis, draws.key, step, *flat, multiple=BLOCK)
+            else:
+                flat = view.rays[axis].reshape(-1), jittered[axis].reshape(-1)
+                split(_jitter, flat[0].size, view.threads, draws.frame, axis, draws.key, step, *flat, multiple=BLOCK)
         view.rays = jittered

@@ -4,6 +4,7 @@ Each function makes one axis, with its cells and what they are called side by si
 """
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,9 @@ ANGLES = np.cos(np.radians([15, 25, 35, 45, 52, 58, 64, 69, 74, 79, 84]))[::-1].
 _FEW_ANGLES = np.cos(np.radians([8, 16, 25, 38, 50, 60, 70, 78]))[::-1].astype(np.float32)
 _ROWS, _COLUMNS = 12, 16
 _PHASES, _RADII = 16, 10
+_EDGE_BEGINS = (1, *(distance + 1 for distance in EDGE_DISTANCES[:-1]))
+_WAYS = ("left", "right", "above", "below")
+"""In which direction the nearest edge lies, in the order of the codes."""
 _SIGNED = np.array([-4, -1.5, -0.5, -0.12, 0.12, 0.5, 1.5, 4], np.float32)
 _SLOPES = np.array([-2, -0.6, -0.15, 0.15, 0.6, 2], np.float32)
 Numbers = NDArray[np.integer]
@@ -178,21 +182,19 @@ def _edge_distance(kind: int, *, single: bool) -> Axis:
 
 
 def edge_names(cells: NDArray[np.int64]) -> str:
-    """By side of the edge, from the nearest to the farthest distance, in any of the directions."""
+    """Cells of ``edge_distance`` (n,) in words: by side of the edge, the distances and the directions."""
     hidden, code = np.divmod(cells, EDGE_CODES)
-    count, directions = len(EDGE_DISTANCES), ("left", "right", "above", "below")
-    begins = (1, *(d + 1 for d in EDGE_DISTANCES[:-1]))
+    group, distance = np.divmod(code - 1, len(EDGE_DISTANCES))
     found = ["hidden from the right imager"] if np.any(code == 0) else []
-    for side, seen in (("behind", 0), ("before", 1)):
-        for away in (0, 1):
-            part = code[(code > 0) & ((code - 1) // (4 * count) == seen) & (hidden == away)] - 1
-            if not len(part):
-                continue
-            begin, end = begins[(part % count).min()], EDGE_DISTANCES[(part % count).max()]
-            ways = [way for n, way in enumerate(directions) if n in part // count % 4]
-            pixels = f"{begin}" if begin == end else f"{begin} to {end}"
-            where = "" if len(ways) == 4 else " " + " or ".join(ways)
-            found.append(f"{pixels} px {side} an edge{where}" + (", hidden" if away else ""))
+    for number, away in product(range(2), range(2)):
+        part = (code > 0) & (group // len(_WAYS) == number) & (hidden == away)
+        if not part.any():
+            continue
+        begin, end = _EDGE_BEGINS[distance[part].min()], EDGE_DISTANCES[distance[part].max()]
+        ways = [way for n, way in enumerate(_WAYS) if n in group[part] % len(_WAYS)]
+        pixels = f"{begin}" if begin == end else f"{begin} to {end}"
+        where = "" if len(ways) == len(_WAYS) else " " + " or ".join(ways)
+        found.append(f"{pixels} px {('behind', 'before')[number]} an edge{where}" + (", hidden" if away else ""))
     return "; ".join(found)
 
 
@@ -203,8 +205,7 @@ def _edge_bars(size: int) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     for code in range(1, EDGE_CODES):
         distance, background = (code - 1) % count, (code - 1) // count < 4
         group[code] = count - 1 - distance if background else count + distance
-    begins = [1, *(d + 1 for d in EDGE_DISTANCES[:-1])]
-    spans = [str(a) if a == b else f"{a}-{b}" for a, b in zip(begins, EDGE_DISTANCES, strict=True)]
+    spans = [str(a) if a == b else f"{a}-{b}" for a, b in zip(_EDGE_BEGINS, EDGE_DISTANCES, strict=True)]
     return group, (*(f"-{span}" for span in spans[::-1]), *(f"+{span}" for span in spans), "hidden")
 
 
