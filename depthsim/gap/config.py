@@ -87,6 +87,7 @@ class DepthFit(Section):
         14, "of the bank that are fitted in a first look, by how they begin, beside those that begin with nothing"
     )
     looked_at_again: int = _count(8, "the same for a further cause")
+    louder: float = _value(5.0, "changes that matter, by which a noise is larger where a fit of its correlation begins")
     far_behind: float = _value(2.0, "times the least loss: a candidate above it after two rounds is fitted no further")
     trial: float = _value(0.25, "of a change that matters, by which a parameter is moved to find its slope")
     longest_step: float = _value(4.0, "changes that matter, by which a parameter moves at once")

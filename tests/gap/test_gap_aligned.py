@@ -15,10 +15,12 @@ from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.frames import cast_clean
 from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.fit.agreement import disagreement, makes_doubling
+from depthsim.gap.depth.fit.alignment import select_aligned
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.optimize import Model, best_neighbour
 from depthsim.gap.depth.fit.pattern import learn
+from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.presets import preset
 from depthsim.raycast import Caster
@@ -145,6 +147,41 @@ def test_doubled_rows_that_only_an_alignment_makes_name_it(aligned: Path) -> Non
     assert not makes_doubling(validator, AlignToColor, base, elsewhere)
     assert not makes_doubling(validator, AlignToColor, after, after)  # where there are lines without it
     assert not makes_doubling(validator, DisparityNoise, base, after)
+
+
+def test_causes_beside_an_alignment_are_looked_for_in_its_own_geometry(aligned: Path) -> None:
+    evidence, said = unsaid(aligned, BASE), []
+    validator = Validator(evidence, evidence.held_out)
+    bank = candidates(BASE, setting_of(evidence))
+    (noise,) = (one for one in bank if one.effect == DisparityNoise.id)
+
+    def find(own: Evidence) -> Selection:
+        said.append(own.camera)
+        return Selection(Model((noise,), noise.encode((0.1,))), {}, (), ())
+
+    found = select_aligned(evidence, validator, bank, find, lambda _: None)
+    assert found is not None and said[0].aligned and said[0].fx / said[0].left.fx == pytest.approx(ZOOM, rel=0.006)
+    effects = found.model.build(BASE)
+    assert any(isinstance(effect, AlignToColor) for effect in effects)
+    (sigma,) = (effect.sigma for effect in effects if isinstance(effect, DisparityNoise))
+    assert sigma == pytest.approx(0.06, rel=0.15)  # fitted anew with the alignment, or not named
+
+
+def test_an_alignment_is_not_taken_that_is_known_or_shown_by_nothing(aligned: Path) -> None:
+    base = (*BASE, AlignToColor(zoom=ZOOM))
+    evidence = unsaid(aligned, BASE)
+    validator, bank = Validator(evidence, evidence.held_out), candidates(BASE, setting_of(evidence))
+
+    def find(_: Evidence) -> Selection:
+        raise AssertionError
+
+    rest = [one for one in bank if one.effect != AlignToColor.id]
+    assert select_aligned(evidence, validator, rest, find, lambda _: None) is None
+    known = unsaid(aligned, base)
+    assert select_aligned(known, Validator(known, known.held_out), bank, find, lambda _: None) is None
+    said, _ = load_evidence(aligned, None, BASE)
+    assert said.doubled is None
+    assert select_aligned(said, Validator(said, said.held_out), bank, find, lambda _: None) is None
 
 
 def test_a_camera_with_its_colour_cameras_intrinsics_is_noted(aligned: Path) -> None:

@@ -20,6 +20,7 @@ from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit.agreement import leaves_biases
+from depthsim.gap.depth.fit.alignment import select_aligned
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.optimize import Model
@@ -224,7 +225,11 @@ def _which(validator: Validator, without: Sequence[str], errors: PoseErrors | No
     if FixedPattern.id not in without and (pattern := learn_pattern(evidence)) is not None:
         learned[FixedPattern.id] = pattern.effect().model_dump()
     bank = candidates(evidence.base, setting_of(evidence, learned, errors), without, evidence.config.fit)
-    return select(evidence, validator, bank, say)
+
+    def in_own_geometry(aligned: Evidence) -> Selection:
+        return _which(_parts(aligned)[1], (*without, AlignToColor.id), errors, say)
+
+    return select_aligned(evidence, validator, bank, in_own_geometry, say) or select(evidence, validator, bank, say)
 
 
 def _seen_again(validator: Validator, selecting: Validator, selection: Selection) -> Selection:

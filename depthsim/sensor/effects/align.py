@@ -19,8 +19,9 @@ _WIDEST = 0.1
 """The least zoom that is one."""
 _BESIDE = -0.015, 0.059
 """[m] Where the colour cameras of a D435 and of a D455 are."""
-_SURE = 0.005
-"""Relative: as well doubled rows show a zoom, of which a picture of 160x120 has few."""
+_SURE = 0.7
+"""Over the root of the pixels: as well doubled rows show a zoom, relative. 0.005 where a picture has 160x120."""
+_SMALL = 160, 120
 _ZERO, _ONE, _HALF = _f(0), _f(1), _f(0.5)
 
 
@@ -157,8 +158,8 @@ class AlignToColor(Effect):
         """The zoom near that by which rows are doubled: a fit would take another one to move what is in the picture."""
         if setting.doubled is None:
             return {}
-        zoom = setting.doubled[0]
-        return {"zoom": (zoom * (1 - _SURE), zoom * (1 + _SURE))}
+        zoom, off = setting.doubled[0], _SURE / np.sqrt(np.prod(setting.size or _SMALL))
+        return {"zoom": (zoom * (1 - off), zoom * (1 + off))}
 
     @property
     def is_neutral(self) -> bool:

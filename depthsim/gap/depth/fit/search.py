@@ -1,6 +1,6 @@
 """The bank of effects tried on top of the causes found so far: all in a first look, the leaders in full."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,8 +108,8 @@ class Search:
         for model in [*screened, *self._passed_over(screened, so_far, earlier)]:
             self.say(f"fitting {model.parts[-1].effect}")
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished=False)
-            if so_far and (afresh := self._afresh(so_far, model, earlier)) is not None:
-                whole = min(whole, afresh, key=lambda fitted: fitted.loss)
+            for begin in self._otherwise(so_far, model, earlier) if so_far else ():
+                whole = min(whole, self._fit(begin, 3, polished=False), key=lambda fitted: fitted.loss)
             # One that is far behind after two rounds will not win; what it closes is reported as it is.
             if whole.loss < self.config.fit.far_behind * least:
                 whole = self.fit(whole, 4)
@@ -151,8 +151,21 @@ class Search:
         close = [c for c in earlier[:4] if c.newest.effect not in there and not c.newest.replaces]
         return [Model((c.newest,), c.model.split(c.model.x)[-1]) for c in close]
 
+    def _otherwise(self, so_far: Model, model: Model, earlier: Sequence[Trial]) -> Iterator[Model]:
+        """Where else to begin with ``model`` on top of ``so_far``."""
+        if (afresh := self._afresh(so_far, model, earlier)) is not None:
+            yield afresh
+        newest = model.parts[-1]
+        for number, part in enumerate(so_far.parts):
+            # What the errors of a pattern or of steps hide of the noise, a correlation of it cannot be fitted to.
+            if part.effect in effect_class(newest.effect).seen_on and part.free[0].log:
+                xs = so_far.split(so_far.x)
+                xs[number] = xs[number] + self.config.fit.louder * np.eye(1, len(part.free))[0]
+                louder = Model(so_far.parts, np.concatenate(xs))
+                yield louder.plus(self.begin(newest, louder.build(self.base)))
+
     def _afresh(self, so_far: Model, model: Model, earlier: Sequence[Trial]) -> Model | None:
-        """``model`` on top of ``so_far``, fitted from where the flexible causes have not yet taken up what is its own.
+        """``model`` on top of ``so_far``, begun where the flexible causes have not yet taken up what is its own.
 
         An m for each of ten materials comes near to what many another effect does. With those fitted, the true cause
         has little left to close, and the fit does not find the way back.
@@ -165,7 +178,7 @@ class Search:
             part.encode(part.starts[0]) if self.is_flexible(part) else x
             for part, x in zip(so_far.parts, so_far.split(so_far.x), strict=True)
         ]
-        return self._fit(Model(so_far.parts, np.concatenate(xs)).plus(begin), 3, polished=False)
+        return Model(so_far.parts, np.concatenate(xs)).plus(begin)
 
     def is_flexible(self, candidate: Candidate) -> bool:
         """Whether it has so many parameters that it can stand for other effects."""
@@ -217,6 +230,11 @@ class Search:
             if key not in best or model.loss < best[key].loss:
                 best[key] = model
         return sorted(best.values(), key=lambda model: model.loss)
+
+    def begin(self, candidate: Candidate, base: Sequence[Effect]) -> Model:
+        """The best of the places where a candidate begins, on the frames for fitting."""
+        roots = self._roots(self.evidence.train)
+        return start(candidate, base, roots(tuple(base)), self._targets[len(self.evidence.train)], roots)[0]
 
     def _sum(self, counts: Counts) -> Floats:
         return self.validator.ruler.roots(counts.sum(axis=0))

@@ -96,6 +96,15 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
     return Selection(model, ties, chain.nearest, tuple(chain.looked))
 
 
+def confirmed(search: Search, selection: Selection) -> Selection:
+    """The causes of a selection that was made elsewhere, as far as they are supported here."""
+    trial, score = search.validated(selection.model), search.validator.score(selection.model.build(search.base))
+    chain = _Chain(search.config.select, score, trial.gap, selection.model)
+    chain.refused = Refused({near.effect: near for near in selection.nearest})
+    model = _confirmed(search, chain, selection.model)
+    return replace(selection, model=model, nearest=replace(chain, model=model).nearest)
+
+
 def _chain(search: Search, score: Score, chain: _Chain) -> _Chain:
     """Every cause that is supported. score: of the sensor as it is."""
     for _ in range(search.config.select.rounds):

@@ -1,0 +1,48 @@
+"""The causes of a recording that was aligned to colour and does not say so, found in its own geometry.
+
+Noise, its correlation and a pattern are of the left imager's pictures, before they are resampled. Beside an alignment
+that is one cause among others, all of them would have to move at once. Its doubled rows show it, whatever else there
+is: so it comes first, and everything else is looked for as in a recording that says that it is aligned.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.search import Say, Search
+from depthsim.gap.depth.fit.select import Selection, confirmed
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.sensor.effects.align import AlignToColor
+
+
+def select_aligned(
+    evidence: Evidence,
+    validator: Validator,
+    bank: Sequence[Candidate],
+    find: Callable[[Evidence], Selection],
+    say: Say,
+) -> Selection | None:
+    """The alignment that doubled the recording's rows, with the causes beside it; None where there is no such.
+
+    find: the causes on frames that say that they are aligned.
+    """
+    candidate = next((one for one in bank if one.effect == AlignToColor.id), None)
+    if evidence.doubled is None or candidate is None or any(isinstance(e, AlignToColor) for e in evidence.base):
+        return None
+    score = validator.score(evidence.base)
+    search = Search(evidence, validator, bank, score.gap, score.floor, say)
+    say("taking the alignment that the doubled rows show")
+    shown = tuple(values for values in candidate.starts if evidence.doubled[0] in values)
+    alone = search.begin(replace(candidate, starts=shown), evidence.base)
+    camera = AlignToColor(**alone.parameters(0)).stored(evidence.camera)
+    run = replace(evidence.run, camera=camera)
+    beside = find(
+        Evidence(run, evidence.scene, evidence.materials, evidence.base, evidence.threads, config=evidence.config)
+    )
+    model = alone.plus(beside.model)
+    if not search.makes_doubling(model, 0):  # the steps of a depth with little noise look alike
+        return None
+    found = confirmed(search, replace(beside, model=search.refined(model)))
+    named = {part.effect for part in found.model.parts}
+    return found if AlignToColor.id in named else None
