@@ -19,15 +19,16 @@ from depthsim.sensor.noise_field import Correlation, Fields, noise_field
 
 _KEPT = 2
 """How many pictures of noise are kept of a frame."""
+_MOST = np.finfo(np.float32).max
 
 
 @kernel
 def _invert(start, stop, focal_baseline, given, wanted):
-    """Depth to disparity, or back: f·b / x; what is not positive becomes 0, a hole."""
+    """Depth to disparity, or back: f·b / x, at most what a number can be; what is not positive becomes 0, a hole."""
     # Slices, because an index that is plainly not negative is what lets the compiler use the vector unit.
     x, y = given[start:stop], wanted[start:stop]
     for i in range(x.size):
-        value = focal_baseline / x[i]
+        value = min(focal_baseline / x[i], _MOST)
         y[i] = value if x[i] > np.float32(0) else np.float32(0)
 
 

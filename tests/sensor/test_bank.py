@@ -265,6 +265,11 @@ def test_any_set_of_effects_composes(
     assert load_profile(path) == profile
 
 
+def test_the_depth_of_next_to_no_disparity_is_a_number() -> None:
+    measured = measure(effect_class("disparity_quantization")(step=4, origin=1e-45))
+    assert np.isfinite(measured.depth).all() and (measured.depth_raw == 65535).any()
+
+
 def test_all_effects_at_once_are_the_same_bytes_in_any_order_and_on_any_threads() -> None:
     everything = [effect_class(i)() for i in effect_ids()]
     first = measure(*everything, threads=1)
