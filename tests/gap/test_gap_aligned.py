@@ -49,13 +49,16 @@ def aligned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def unsaid(aligned: Path, base: tuple[Effect, ...]) -> Evidence:
-    """The run without what says that it is aligned."""
+SAID = ("color", "aligned", "depth")
+
+
+def unsaid(aligned: Path, base: tuple[Effect, ...], less: tuple[str, ...] = SAID) -> Evidence:
+    """The run without what says that it is aligned. less: keys of its camera.yaml."""
     file = aligned / "camera.yaml"
     text = file.read_text()
     keys = yaml.safe_load(text)
     try:
-        file.write_text(yaml.safe_dump({k: v for k, v in keys.items() if k not in ("color", "aligned", "depth")}))
+        file.write_text(yaml.safe_dump({k: v for k, v in keys.items() if k not in less}))
         return load_evidence(aligned, None, base)[0]
     finally:
         file.write_text(text)
@@ -149,8 +152,9 @@ def test_doubled_rows_that_only_an_alignment_makes_name_it(aligned: Path) -> Non
     assert not makes_doubling(validator, DisparityNoise, base, after)
 
 
-def test_causes_beside_an_alignment_are_looked_for_in_its_own_geometry(aligned: Path) -> None:
-    evidence, said = unsaid(aligned, BASE), []
+@pytest.mark.parametrize("less", [SAID, ("aligned", "depth")])
+def test_causes_beside_an_alignment_are_looked_for_in_its_own_geometry(aligned: Path, less: tuple[str, ...]) -> None:
+    evidence, said = unsaid(aligned, BASE, less), []
     validator = Validator(evidence, evidence.held_out)
     bank = candidates(BASE, setting_of(evidence))
     (noise,) = (one for one in bank if one.effect == DisparityNoise.id)
@@ -185,14 +189,7 @@ def test_an_alignment_is_not_taken_that_is_known_or_shown_by_nothing(aligned: Pa
 
 
 def test_a_camera_with_its_colour_cameras_intrinsics_is_noted(aligned: Path) -> None:
-    file = aligned / "camera.yaml"
-    text = file.read_text()
-    keys = yaml.safe_load(text)
-    try:
-        file.write_text(yaml.safe_dump({k: v for k, v in keys.items() if k not in ("aligned", "depth")}))
-        evidence, _ = load_evidence(aligned, None, BASE)
-    finally:
-        file.write_text(text)
+    evidence = unsaid(aligned, BASE, ("aligned", "depth"))
     assert evidence.camera.is_aligned_unsaid and any("`aligned: true`" in note for note in notes_of(evidence))
     bank = [one for one in candidates(BASE, setting_of(evidence)) if one.effect == AlignToColor.id]
     assert {free.name for one in bank for free in one.free} == {"x", "zoom"}

@@ -14,6 +14,7 @@ from depthsim.gap.depth.fit.search import Say, Search
 from depthsim.gap.depth.fit.select import Selection, confirmed
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effects.align import AlignToColor
+from depthsim.sensor.pipeline import camera_for
 
 
 def select_aligned(
@@ -35,8 +36,8 @@ def select_aligned(
     say("taking the alignment that the doubled rows show")
     shown = tuple(values for values in candidate.starts if evidence.doubled[0] in values)
     alone = search.begin(replace(candidate, starts=shown), evidence.base)
-    camera = AlignToColor(**alone.parameters(0)).stored(evidence.camera)
-    run = replace(evidence.run, camera=camera)
+    alignment = AlignToColor(**alone.parameters(0))
+    run = replace(evidence.run, camera=alignment.stored(camera_for(evidence.camera, [alignment])))
     beside = find(
         Evidence(run, evidence.scene, evidence.materials, evidence.base, evidence.threads, config=evidence.config)
     )
