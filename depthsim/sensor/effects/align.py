@@ -22,6 +22,7 @@ _BESIDE = -0.015, 0.059
 _SURE = 0.7
 """Over the root of the pixels: as well doubled rows show a zoom, relative. 0.005 where a picture has 160x120."""
 _SMALL = 160, 120
+"""Pictures of which nobody knows the size are as small as this."""
 _ZERO, _ONE, _HALF = _f(0), _f(1), _f(0.5)
 
 

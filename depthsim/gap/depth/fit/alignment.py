@@ -11,7 +11,7 @@ from dataclasses import replace
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.search import Say, Search
-from depthsim.gap.depth.fit.select import Selection, confirmed
+from depthsim.gap.depth.fit.select import Selection, confirm
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.pipeline import camera_for
@@ -44,6 +44,6 @@ def select_aligned(
     model = alone.plus(beside.model)
     if not search.makes_doubling(model, 0):  # the steps of a depth with little noise look alike
         return None
-    found = confirmed(search, replace(beside, model=search.refined(model)))
+    found = confirm(search, replace(beside, model=search.refined(model)))
     named = {part.effect for part in found.model.parts}
     return found if AlignToColor.id in named else None

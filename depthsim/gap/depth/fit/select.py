@@ -5,7 +5,7 @@ closes enough of that, and acts where it lies.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -96,13 +96,12 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
     return Selection(model, ties, chain.nearest, tuple(chain.looked))
 
 
-def confirmed(search: Search, selection: Selection) -> Selection:
+def confirm(search: Search, selection: Selection) -> Selection:
     """The causes of a selection that was made elsewhere, as far as they are supported here."""
-    trial, score = search.validated(selection.model), search.validator.score(selection.model.build(search.base))
-    chain = _Chain(search.config.select, score, trial.gap, selection.model)
-    chain.refused = Refused({near.effect: near for near in selection.nearest})
-    model = _confirmed(search, chain, selection.model)
-    return replace(selection, model=model, nearest=replace(chain, model=model).nearest)
+    refused = Refused({near.effect: near for near in selection.nearest})
+    model = _confirmed(search, refused.refuse, selection.model)
+    nearest = refused.nearest([part.effect for part in model.parts], search.config.select)
+    return replace(selection, model=model, nearest=nearest)
 
 
 def _chain(search: Search, score: Score, chain: _Chain) -> _Chain:
@@ -113,7 +112,7 @@ def _chain(search: Search, score: Score, chain: _Chain) -> _Chain:
             break
         looked = [[trial for trial in step if not chain.is_out(trial.newest.effect)] for step in chain.looked]
         whole, chain.ties = compare_rivals(search, chain.model, chain.gap, looked, chain.before)
-        confirmed = _confirmed(search, chain, whole)
+        confirmed = _confirmed(search, chain.refuse, whole)
         grown, compared, left = ({part.effect for part in m.parts} for m in (chain.model, whole, confirmed))
         dropped, others = compared - left, compared - grown  # a cause in place of another one may leave other things
         chain.dropped |= dropped
@@ -281,8 +280,8 @@ def _prune(search: Search, chain: _Chain) -> None:
     chain.model = model
 
 
-def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:
-    """The causes that close something, and act where the gap lies that the others leave."""
+def _confirmed(search: Search, refuse: Callable[[str, float, str], None], model: Model) -> Model:
+    """The causes that close something, and act where the gap lies that the others leave. refuse: hears of the rest."""
     refined = False
     while model.parts:
         shares = credit(search.validator, search.base, model)
@@ -301,7 +300,7 @@ def _confirmed(search: Search, chain: _Chain, model: Model) -> Model:
         else:
             break
         search.say(f"{model.parts[worst].effect} is no cause: it {why}")
-        chain.refuse(model.parts[worst].effect, shares[worst] / search.whole, why)
+        refuse(model.parts[worst].effect, shares[worst] / search.whole, why)
         model = model.less(worst)
         model = search.fit(model, 3) if model.parts else model
     return model
