@@ -190,6 +190,9 @@ class DepthAgreement(Section):
     )
     crossed: float = _value(0.02, "of a kind of gap: with less changing along two axes at once, they do not matter")
     left_of_uniform: float = _value(0.5, "of a kind that is the same all over, that a cause may leave")
+    left_of_tails: float = _value(
+        0.3, "the same of tails: outliers of another formula leave a seventh, other pictures and places two fifths"
+    )
 
 
 class DepthSignificance(Section):

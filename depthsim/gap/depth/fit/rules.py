@@ -155,7 +155,8 @@ def leaves(asked: Asked, k: int) -> str | None:
         uniform = whole * limit.mostly
     if not sure[first] or gap.varies[k, first] <= uniform:
         share = float(left.whole[k]) / whole
-        return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > most * limit.left_of_uniform else None
+        may_leave = limit.left_of_tails if KINDS[k] == "tail" else limit.left_of_uniform
+        return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > most * may_leave else None
     strong = worth >= limit.strong * worth[first] if asked.alone else np.arange(len(worth)) == first
     for axis in map(int, np.flatnonzero(strong & sure & (gap.varies[k] > uniform))):
         if axis != first and asked.others(axis):
