@@ -128,6 +128,14 @@ def test_tails_in_one_place_are_no_tails_everywhere() -> None:
     assert "along material" in str(rules.leaves(in_one, TAIL))
 
 
+@given(st.floats(0, 1))
+def test_tails_that_are_left_are_of_something_else(left: float) -> None:
+    """Of outliers by other formulas a seventh was left at most, of torn pictures and of reflections two fifths."""
+    gap = changes(TAIL, 0.125, [0, 0, 0])
+    one = asked("heavy_tails", gap, changes(TAIL, 0.125 * left, [0, 0, 0]), gap)
+    assert (rules.leaves(one, TAIL) is None) == (left <= DepthConfig().agreement.left_of_tails)
+
+
 def test_what_another_cause_leaves_along_its_axis_is_not_asked_of_the_next() -> None:
     gap, left = changes(BIAS, 0.1, [0.02, 0.03, 0]), changes(BIAS, 0.0, [0, 0.03, 0])
     alone = asked("disparity_offset", gap, left, changes(BIAS, 0.1, [0.02, 0, 0]))
