@@ -136,6 +136,17 @@ def test_tails_that_are_left_are_of_something_else(left: float) -> None:
     assert (rules.leaves(one, TAIL) is None) == (left <= DepthConfig().agreement.left_of_tails)
 
 
+@given(st.floats(0, 1.5))
+def test_pixels_in_between_leave_less_at_edges_of_all_kinds_together(left: float) -> None:
+    bound, axes = DepthConfig().agreement.untouched, [SimpleNamespace(name="edge_distance", kind=0), *AXES[1:]]
+    gap = changes(TAIL, 0.0625, [0.0625, 0, 0])
+    one = asked("flying_pixels", gap, changes(TAIL, 0.0, [0, 0, 0]), gap)
+    one.left.varies[ALL, 0] = left * gap.varies[ALL, 0]  # a bias that the recording has not, say
+    evidence = SimpleNamespace(axes=axes, base=(), config=DepthConfig())
+    one = replace(one, validator=cast("Validator", SimpleNamespace(evidence=evidence)))
+    assert (rules.not_itself(one) is None) == (left <= bound)
+
+
 def test_what_another_cause_leaves_along_its_axis_is_not_asked_of_the_next() -> None:
     gap, left = changes(BIAS, 0.1, [0.02, 0.03, 0]), changes(BIAS, 0.0, [0, 0.03, 0])
     alone = asked("disparity_offset", gap, left, changes(BIAS, 0.1, [0.02, 0, 0]))

@@ -258,17 +258,22 @@ def brings(asked: Asked, k: int) -> str | None:
 def not_itself(asked: Asked) -> str | None:
     """Whether an effect, as it is fitted, brings along its first axis what the recording has not, of any kind.
 
-    Such as a drift of the scale that is fitted to a scale that is wrong all the time.
+    Such as a drift of the scale that is fitted to a scale that is wrong all the time. Of outliers all kinds together
+    must be less there: pixels in between for noise at edges have as much of a bias that is not the recording's.
     """
     gap, left, does, effect, limit = asked.gap, asked.left, asked.does, asked.effect, asked.limit
     if not effect.axes or effect.axes[0] == "range":  # the spread, in which errors are measured, goes with the range
         return None
     axes = asked.validator.evidence.axes
     own = [n for n, axis in enumerate(axes) if axis.name == effect.axes[0] and axis.kind == histograms.ERROR]
-    for k, kind in enumerate(KINDS[:ALL]):
-        if not own or kind not in effect.kinds or does.whole[k] < limit.acts * does.whole[ALL]:
+    for k, kind in enumerate(KINDS):
+        asks = kind in effect.kinds or (k == ALL and effect.kinds[0] == "tail")
+        if not own or not asks or does.whole[k] < limit.acts * does.whole[ALL]:
             continue
         axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
+        if k == ALL:
+            share = left.varies[k, axis] / max(gap.varies[k, axis], 1e-12)
+            return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > limit.untouched else None
         more = left.varies[k, axis] - gap.varies[k, axis] - limit.sure * left.chance[k, axis]
         if more > limit.idle * float(does.whole[k]):
             return f"makes {asked.change_along(k, axis)}, where the recording's do not"
