@@ -227,7 +227,10 @@ class DepthWhere(Section):
     per_doubling: float = _value(0.015, "of the gap, that an axis must explain more for having twice the cells")
     pair: float = _value(0.05, "the same for a pair of axes, or a finer look at one")
     paired: float = _value(2.2, "times the bits of single errors that pairs must show, as two independent ones show 2")
-    together: float = _value(0.5, "of the bits of single errors that pairs must have of their own to go first")
+    together: float = _value(
+        0.5,
+        "of the bits of single errors that pairs must have of their own to go first; holes that go together: second",
+    )
     beside: float = _value(0.2, "the same to go second")
     uniform: float = _value(0.1, "of the gap: where it changes along no axis by more, it may lie between neighbours")
     corrections: int = _count(3, "axes along which a correction is learned, besides those of neighbours")

@@ -18,7 +18,7 @@ from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.fit import rules
 from depthsim.gap.depth.fit.changes import KINDS, Changes, less_others
 from depthsim.gap.depth.fit.search import worth_a_look
-from depthsim.gap.depth.where.differences import moments, tails
+from depthsim.gap.depth.where.differences import holes_together, moments, tails
 from depthsim.presets import preset
 from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
@@ -226,3 +226,18 @@ def test_steps_that_the_recording_does_not_show_are_no_steps(scaled: Path) -> No
         scaled, sensor="paper", without=[name for name in effect_ids() if name not in bank], threads=1, tasks=False
     )
     assert not found.causes, found.causes
+
+
+@given(st.floats(0.01, 0.5), st.lists(st.floats(0, 1), min_size=2, max_size=2))
+def test_holes_that_go_together_are_told_from_more_of_them(share: float, together: list[float]) -> None:
+    """Some pairs of pixels are lost together, the others each for itself."""
+    alone = np.outer([1 - share, share], [1 - share, share])
+    bits = []
+    for part in (0.0, *sorted(together)):
+        both = part * np.diag([1 - share, share]) + (1 - part) * alone
+        pairs = np.append(np.full(25, both[0, 0] / 25), both.ravel()[1:])
+        bits.append(float(holes_together(1e6 * pairs[None])[0]))
+    assert bits[0] == pytest.approx(0, abs=1e-6)
+    assert bits[1] >= bits[0] - 1e-6
+    assert bits[2] >= bits[1] - 1e-6
+    assert max(together) < 0.5 or bits[2] > 0.05 * share

@@ -51,6 +51,7 @@ _FAINTLY = (
     "sensor differ by, and no effect explains it"
 )
 _PLACES = {"image_position", "surface"}
+_NEIGHBOURS = {"pixel_neighbours", "frame_neighbours"}
 Say = Callable[[str], None]
 
 
@@ -270,9 +271,10 @@ def _acts_elsewhere(selection: Selection, first: Cut) -> bool:
 def _first(where: Sequence[Cut]) -> Cut | None:
     """Where the gap lies first, but for places: where the camera hardly moves, whatever is in a scene has one.
 
-    Where it stands still every axis is one of places.
+    Where it stands still every axis is one of places. That holes go together says what they are, and not where.
     """
-    anywhere = (cut for cut in where if not _PLACES & cut.names)
+    of_holes = [cut for cut in where if cut.what == "missing" and cut.axis in _NEIGHBOURS]
+    anywhere = (cut for cut in where if not _PLACES & cut.names and cut not in of_holes)
     return next(anywhere, where[0] if where else None)
 
 

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import jensenshannon
 
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_HOLE, ERROR_NO_SURFACE, MAGNITUDES
+from depthsim.gap.depth.data.histograms import ACROSS, BINS, ERROR, ERROR_HOLE, ERROR_NO_SURFACE, MAGNITUDES, UP
 from depthsim.gap.diagnosis import What
 
 _MIDDLES = np.concatenate([[0], (MAGNITUDES[:-1] + MAGNITUDES[1:]) / 2, [100]])
@@ -42,10 +43,12 @@ def compare_cells(
     size = evidence.axes[axis].size
     a, b = (x[begin : begin + size * bins].reshape(size, bins)[cells].astype(float) for x in (real, simulated))
     if kind != ERROR:
-        words = "errors of neighbouring pixels go together in another way"
-        if evidence.axes[axis].name == "frame_neighbours":
-            words = "errors of the same pixel in successive frames go together in another way"
-        return Difference("correlation", {"correlation": 1.0}, words, 0.0, 1.0, (0.0, 0.0))
+        whose = "the same pixel in successive frames"
+        whose = whose if evidence.axes[axis].name == "frame_neighbours" else "neighbouring pixels"
+        of_holes = UP < kind < ACROSS and (holes_together(a) - holes_together(b)).sum() > errors_together(a, b).sum()
+        what: What = "missing" if of_holes else "correlation"
+        words = f"{'holes' if of_holes else 'errors'} of {whose} go together in another way"
+        return Difference(what, {what: 1.0}, words, 0.0, 1.0, (0.0, 0.0))
     weight = a.sum(axis=1) / max(a.sum(), 1)
     parts = [_one(x, y) for x, y in zip(a, b, strict=True)]
     sizes = {key: float(sum(w * p[0][key] for w, p in zip(weight, parts, strict=True))) for key in parts[0][0]}
@@ -54,14 +57,38 @@ def compare_cells(
     spread = float(np.exp(weight @ np.log(np.maximum(numbers[:, 1], 1e-3))))
     holes = float(weight @ numbers[:, 2]), float(weight @ numbers[:, 3])
     tails = float(weight @ numbers[:, 4]), float(weight @ numbers[:, 5])
-    what = max(sizes, key=lambda key: sizes[key])
+    most = max(sizes, key=lambda key: sizes[key])
     said = {
         "bias": f"mean error {_biggest(numbers[:, 0]):+.2f} times the simulator's spread",
         "spread": f"std {spread:.2f} times the simulator's",
         "missing": f"holes {100 * holes[0]:.1f} % against {100 * holes[1]:.1f} % simulated",
         "tail": f"{100 * tails[0]:.2f} % beyond {TAIL} spreads against {100 * tails[1]:.2f} % simulated",
     }
-    return Difference(what, sizes, said[what], bias, spread, holes)  # type: ignore[arg-type]
+    return Difference(most, sizes, said[most], bias, spread, holes)  # type: ignore[arg-type]
+
+
+def errors_together(a: NDArray[np.floating], b: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(cells,) the divergence of two sets of histograms of pairs (cells, bins) beyond what either error has [bits].
+
+    Two recordings that differ by a bias differ in their pairs as well, though no error has to do with another.
+    """
+    pairs = [counts[:, :25].reshape(-1, 5, 5) for counts in (a, b)]
+    joint, one, other = (_apart(*(p.sum(axis=sums).reshape(len(p), -1) for p in pairs)) for sums in ((), (1,), (2,)))
+    return np.maximum(joint - one - other, 0)
+
+
+def holes_together(counts: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(cells,) how far from independent the holes of pairs are (cells, bins) [bits]: lost lines, blocks, specks."""
+    both = np.column_stack([counts[:, :25].sum(axis=1), counts[:, 25:28]]).reshape(-1, 2, 2).astype(np.float64)
+    both /= np.maximum(both.sum(axis=(1, 2), keepdims=True), 1)
+    apart = both.sum(axis=2, keepdims=True) * both.sum(axis=1, keepdims=True)
+    return _apart(*(x.reshape(len(both), -1) for x in (both, apart)))
+
+
+def _apart(a: NDArray[np.floating], b: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(cells,) Jensen–Shannon divergence of distributions (cells, bins) [bits]."""
+    with np.errstate(invalid="ignore"):  # of what is alike, rounding may leave less than nothing under the root
+        return np.asarray(np.nan_to_num(jensenshannon(a + 1e-9, b + 1e-9, base=2, axis=1)) ** 2)
 
 
 def _biggest(values: NDArray[np.floating]) -> float:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import jensenshannon
 
 from depthsim.gap.config import DepthWhere
 from depthsim.gap.depth.data import histograms
@@ -20,7 +19,7 @@ from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.data.simulate import LOCATING
 from depthsim.gap.depth.where.correction import learnable
-from depthsim.gap.depth.where.differences import TAIL, Difference, compare_cells
+from depthsim.gap.depth.where.differences import TAIL, Difference, compare_cells, errors_together, holes_together
 from depthsim.gap.depth.where.part import main_part
 from depthsim.gap.diagnosis import Cut
 from depthsim.sensor.effect import Effect
@@ -62,11 +61,14 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
     alone = max((bits[n] for n in errors), default=0.0)
     pairs.sort(key=lambda n: -bits[n])
     own = {n: beyond_each(evidence, n, real, plain) - beyond_each(evidence, n, another, plain) for n in pairs}
-    own_bits = {n: float((o * _pixels(evidence, ruler, n, real)).sum()) for n, o in own.items()}
+    holes = {n: _more_holes_together(evidence, n, real, plain) for n in pairs}
+    own_bits, hole_bits = (
+        {n: float((o * _pixels(evidence, ruler, n, real)).sum()) for n, o in each.items()} for each in (own, holes)
+    )
     ahead = [n for n in pairs if bits[n] > limit.paired * alone or own_bits[n] > limit.together * alone]
-    beside = [
-        n for n in pairs if n not in ahead and (own_bits[n] > limit.beside * alone or (uniform and bits[n] > alone))
-    ]
+    in_holes = [n for n in pairs if n not in ahead and hole_bits[n] > limit.together * alone]
+    others = [n for n in pairs if n not in (*ahead, *in_holes)]
+    beside = in_holes + [n for n in others if own_bits[n] > limit.beside * alone or (uniform and bits[n] > alone)]
     order = [*ahead, *first[:1], *beside, *first[1:], *(n for n in pairs if n not in (*ahead, *beside))]
     found = []
     for number in order:
@@ -126,23 +128,24 @@ def _pixels(evidence: Evidence, ruler: Ruler, number: int, counts: Counts) -> Fl
 
 
 def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any]) -> Floats:
-    """(cells,) the divergence of pairs of errors beyond what either error alone has [bits]: how they go together.
+    """(cells,) how pairs of errors differ beyond what either error alone does [bits]; 0 for an axis without pairs."""
+    if evidence.axes[number].kind not in PAIRS:
+        return np.zeros(evidence.axes[number].size)
+    return errors_together(*(_cells(evidence, number, counts) for counts in (x, y)))
 
-    Two recordings that differ by a bias differ in their pairs as well, though no error has to do with another. 0 for
-    an axis that counts no pairs.
-    """
-    axis = evidence.axes[number]
-    size, bins, begin = axis.size, int(histograms.BINS[axis.kind]), int(evidence.offsets[number])
-    if axis.kind not in PAIRS:
-        return np.zeros(size)
-    pairs = [counts[begin : begin + size * bins].reshape(size, bins)[:, :25].reshape(size, 5, 5) for counts in (x, y)]
-    with np.errstate(invalid="ignore"):  # of what is alike, rounding may leave less than nothing under the root
-        joint, one, other = (
-            np.nan_to_num(jensenshannon(*(p.sum(axis=sums).reshape(size, -1) + 1e-9 for p in pairs), base=2, axis=1))
-            ** 2
-            for sums in ((), (1,), (2,))
-        )
-    return np.maximum(joint - one - other, 0)
+
+def _more_holes_together(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any]) -> Floats:
+    """(cells,) by how much more holes go together in x than in y [bits]; 0 for an axis without pairs."""
+    if evidence.axes[number].kind not in PAIRS:
+        return np.zeros(evidence.axes[number].size)
+    return holes_together(_cells(evidence, number, x)) - holes_together(_cells(evidence, number, y))
+
+
+def _cells(evidence: Evidence, number: int, counts: NDArray[Any]) -> NDArray[Any]:
+    """(cells, bins) the histograms of an axis."""
+    axis, begin = evidence.axes[number], int(evidence.offsets[number])
+    bins = int(histograms.BINS[axis.kind])
+    return counts[begin : begin + axis.size * bins].reshape(axis.size, bins)
 
 
 def axis_cost(axis: Axis, limit: DepthWhere) -> float:
