@@ -42,6 +42,10 @@ class CleanFrame:
     per_spread: NDArray[np.float32]
     places: NDArray[np.unsignedinteger]
 
+    def __post_init__(self) -> None:
+        """Many sensors will see the geometry."""
+        self.geometry.kept = {}
+
 
 def cast_clean(caster: Caster, camera: Camera, pose: NDArray[np.float64], stamp: float = 0.0) -> Geometry:
     """What a camera sees from a pose (4, 4) at ``stamp`` [s], and whether the imagers beside it see that, too.

@@ -50,15 +50,24 @@ class Replay:
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
         """(rows, width) what is looked at of a frame, as the sensor with ``effects`` stores it."""
         camera = frame.camera
-        effects, scratch = all_of(camera, effects), Scratch.of_thread(self._own)
+        effects, pipeline = self._sensor(effects, camera)
+        scratch = Scratch.of_thread(self._own)
         fields = self._fields.setdefault(frame.index, {}) if seed == FITTING else None
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch, fields)
-        eye = measuring_camera(camera_for(camera, effects), effects)
-        pipeline = Pipeline(self._caster, eye, self._materials, self._caster.scene)
         past = self._past_of(effects, pipeline) if any(effect.looks_back for effect in effects) else None
         met = self._met(pipeline, effects, exposure, frame)
         raw = pipeline.store(self._made(pipeline, effects, met, exposure, past))
         return raw if raw.shape == camera.shape else np.ascontiguousarray(raw[: camera.height, : camera.width])
+
+    def _sensor(self, effects: Sequence[Effect], camera: Camera) -> tuple[list[Effect], Pipeline]:
+        """The effects that act, and what measures; the last ones of a thread are kept, for one frame after another."""
+        known = getattr(self._own, "sensor", None)
+        if known is None or known[0] is not effects or known[1] is not camera:
+            ordered = all_of(camera, effects)
+            eye = measuring_camera(camera_for(camera, ordered), ordered)
+            known = effects, camera, ordered, Pipeline(self._caster, eye, self._materials, self._caster.scene)
+            self._own.sensor = known
+        return known[2], known[3]
 
     def _made(
         self, pipeline: Pipeline, effects: Sequence[Effect], met: Geometry, exposure: Exposure, past: Past | None
@@ -87,6 +96,7 @@ class Replay:
                 return cast
         met = pipeline.cast(effects, exposure, right=right)
         if keeps:
+            met.kept = {}
             self._casts[exposure.index] = [(camera, own, right, met), *kept][:_CASTS]
         return met
 
@@ -98,6 +108,7 @@ class Replay:
             met = self._met_straight.pop(key, None)
         if met is None:
             met = pipeline.cast((), exposure, right=right)
+            met.kept = {}
         with self._lock:
             self._met_straight[key] = met
             while (
