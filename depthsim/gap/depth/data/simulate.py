@@ -25,7 +25,7 @@ SPREAD, FITTING, LOCATING = Seed("spread"), Seed("fitting"), (Seed("locating", 0
 """The seeds of the simulations that the measure of errors is from, that parameters are fitted by, and of the two that
 the gap is located by. No recording that is diagnosed can have been made by one of them."""
 _CASTS = 2
-"""How many casts of bent rays are kept of a frame."""
+"""How many casts of bent rays are kept of a frame that is fitted on; of another one it is the last."""
 _KEPT = 1 << 28
 """Bytes of pictures that are kept of frames before those that are looked at, and of what straight rays meet."""
 _BYTES = 14
@@ -41,7 +41,7 @@ class Replay:
     def __init__(self, caster: Caster, materials: Materials, motion: Motion) -> None:
         self._caster, self._materials, self._motion = caster, materials, motion
         self._own = threading.local()
-        self._casts: dict[int, list[tuple[Camera, list[Effect], bool, Geometry]]] = {}
+        self._casts: dict[int, list[tuple[Camera, list[Effect], int | Seed | None, bool, Geometry]]] = {}
         self._fields: dict[int, Fields] = {}
         self._met_straight: OrderedDict[tuple[object, ...], Geometry] = OrderedDict()
         self._lock = threading.Lock()
@@ -81,23 +81,27 @@ class Replay:
     ) -> Geometry:
         """What rays meet. known: the frame, of whose own camera what straight ones meet is known.
 
-        The last few casts of bent rays for fitting are kept: the bank is tried on top of one bent sensor. Those of the
-        many more pixels that are decimated are not, unless they are of straight rays.
+        The last casts of bent rays are kept: the bank is tried on top of one bent sensor, and a sensor is validated by
+        several runs, whose rays are the same unless they are random. Those of the many more pixels that are decimated
+        are not, unless they are of straight rays.
         """
         own, camera, right = bending(effects), pipeline.camera, any(effect.needs_right for effect in effects)
         if known is not None and camera == known.camera and not own:
             return known.geometry
         if not own:
             return self._straight(pipeline, exposure, right)
-        keeps = known is not None and exposure.seed == FITTING and camera.width <= known.camera.left.width
+        keeps = known is not None and camera.width <= known.camera.left.width
         kept = self._casts.get(exposure.index, []) if keeps else []
-        for eye, others, with_right, cast in kept:
-            if (eye, others) == (camera, own) and (with_right or not right):
+        for eye, others, seed, with_right, cast in kept:
+            if (eye, others) == (camera, own) and seed in (None, exposure.seed) and (with_right or not right):
                 return cast
-        met = pipeline.cast(effects, exposure, right=right)
-        if keeps:
+        view = pipeline.bend(effects, exposure)
+        met = pipeline.cast_bent(view, exposure, right=right)
+        seed = exposure.seed if view is not None and view.is_random else None
+        if keeps and (seed is None or seed == FITTING):
             met.kept = {}
-            self._casts[exposure.index] = [(camera, own, right, met), *kept][:_CASTS]
+            most = _CASTS if exposure.seed == FITTING else 1
+            self._casts[exposure.index] = [(camera, own, seed, right, met), *kept][:most]
         return met
 
     def _straight(self, pipeline: Pipeline, exposure: Exposure, right: bool) -> Geometry:
