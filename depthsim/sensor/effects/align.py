@@ -46,8 +46,9 @@ def _project(x, y, z, pose, lens):
 
 @kernel
 def _resample(depth, corner_x, corner_y, pose, lens, unit, out):
-    """Each pixel of ``depth`` into all pixels of ``out`` between the places of its corners; the nearest stays, and 0 where none is.
+    """Each pixel of ``depth`` into all pixels of ``out`` between the places of its corners; the nearest stays.
 
+    Where there is none, ``out`` becomes 0.
     corner_x, corner_y: (height + 1, width + 1) rays at z = 1 through the corners of the pixels. unit: of the depth
     that the camera rounds to before it resamples [m].
     """
