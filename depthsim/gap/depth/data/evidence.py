@@ -19,6 +19,7 @@ from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.doubling import find_doubling
 from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, inner_rows, select_frames, select_rows
+from depthsim.gap.depth.data.histograms import ERROR
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.regions import region_name, split_scene
@@ -221,6 +222,7 @@ class Evidence:
         unit, focal_baseline = np.float32(self.camera.depth_scale), np.float32(self.camera.focal_baseline)
         error, bins = np.empty(pixels, np.float32), np.empty((int(self.kinds.max()) + 1, 0), np.uint8)
         before, steps = np.empty(0, np.uint8), np.array(self.cuts.steps, np.float32)
+        shared = np.empty(0, np.uint32)
         every = [frames[0] - 1, *frames] if ahead else frames
         for number, (index, units) in enumerate(zip(every, pictures, strict=True)):
             frame, coarse = self.frames[index], np.empty(pixels, np.uint8)
@@ -236,7 +238,11 @@ class Evidence:
                 steps, frame.counted, bins,
             )  # fmt: skip
             if correction is None:
-                counting.count(bins, self.kinds, frame.places, counts)
+                counting.count(bins, self.kinds, frame.places, self._alone, counts)
+                for some in frame.together:
+                    needed = len(some.begins) * counting.ROOM
+                    shared = shared if len(shared) >= needed else np.zeros(needed, np.uint32)
+                    counting.count_together(bins[ERROR], some.places, some.begins, shared, counts)
             else:
                 counting.count_corrected(bins, self.kinds, frame.places, counts, *correction)
             before = coarse
@@ -327,3 +333,11 @@ class Evidence:
             )  # fmt: skip
 
         self.each(cut, frames)
+        bundles = counting.bundles(self.frames[frames[len(frames) // 2]].places, self.kinds)
+        self._alone = np.setdiff1d(np.arange(len(self.axes)), [axis for axes in bundles for axis in axes])
+
+        def bundle(index: int) -> None:
+            frame = self.frames[index]
+            frame.together = [counting.together(frame.places, axes) for axes in bundles]
+
+        self.each(bundle, frames)
