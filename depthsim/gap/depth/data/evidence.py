@@ -7,6 +7,7 @@ from functools import cached_property, partial
 from typing import Any, TypeVar
 
 import numpy as np
+from isal import isal_zlib
 from numpy.typing import NDArray
 
 from depthsim.draws import Seed
@@ -36,7 +37,7 @@ from depthsim.sensor.pipeline import acting
 
 Counts = NDArray[np.uint32]
 T = TypeVar("T")
-_REMEMBERED = 48
+_REMEMBERED = 1000
 """Sensors whose counts over some blocks are kept."""
 
 
@@ -79,7 +80,7 @@ class Evidence:
         self.frames: dict[int, CleanFrame] = {}
         self._look(like)
         self.real: dict[int, Counts] = {}
-        self._totals: dict[str, Counts] = {}
+        self._totals: dict[str, bytes] = {}
         self._count_real()
 
     @property
@@ -132,16 +133,17 @@ class Evidence:
     def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
         """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly.
 
-        The last few are remembered, as one fit begins where another ended.
+        The last ones are remembered, as one fit begins where another ended, and a bank is looked at again on top of
+        what was looked at before; packed, as most counts are small.
         """
         ordered = acting(effects)
         key = repr(([(e.id, e) for e in ordered], list(blocks), seed))
         if (known := self._totals.pop(key, None)) is None:
-            known = self._total(ordered, blocks, seed)
+            known = isal_zlib.compress(self._total(ordered, blocks, seed), 0)
         self._totals[key] = known
         if len(self._totals) > _REMEMBERED:
             del self._totals[next(iter(self._totals))]
-        return known
+        return np.frombuffer(isal_zlib.decompress(known), np.uint32)
 
     def _total(self, ordered: Sequence[Effect], blocks: Sequence[int], seed: Seed) -> Counts:
         frames = [int(i) for b in blocks for i in self.blocks[b]]
