@@ -84,7 +84,7 @@ def _compare(sign: str) -> dict[str, Callable[..., Any]]:
 
 
 def _arithmetic(name: str) -> dict[str, Callable[..., Any]]:
-    whole = {kind: lambda builder, a, b: getattr(builder, name)(a, b) for kind in ("uint8", "uint16")}
+    whole = {kind: lambda builder, a, b: getattr(builder, name)(a, b) for kind in ("uint8", "uint16", "int32")}
     return whole | {"float32": lambda builder, a, b: getattr(builder, f"f{name}")(a, b)}
 
 

@@ -1,6 +1,8 @@
 """What a cast returns: pictures of the clean geometry."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,7 @@ class Geometry:
     right_sees: uint8, 1 where no surface hides the point from the right imager, 0 where one does and where nothing is
         hit; None where it was not asked for.
         Points that leave the right image at its border count as seen: that band is an effect of its own.
+    kept: what was made of these pictures last, by name, where many sensors see them; None where they are written over.
     """
 
     depth: NDArray[np.float32]
@@ -28,6 +31,16 @@ class Geometry:
     cosine: NDArray[np.float32]
     tag: NDArray[np.uint8]
     right_sees: NDArray[np.uint8] | None = None
+    kept: dict[str, tuple[tuple[float, ...], NDArray[Any]]] | None = field(default=None, repr=False, compare=False)
+
+    def once(self, name: str, of: tuple[float, ...], make: Callable[[], NDArray[Any]]) -> NDArray[Any]:
+        """What ``make`` makes of these pictures alone, with the numbers ``of``; made once where that is kept."""
+        if self.kept is None:
+            return make()
+        known = self.kept.get(name)
+        if known is None or known[0] != of:
+            known = self.kept[name] = of, make().copy()
+        return known[1]
 
     @classmethod
     def empty(cls, shape: tuple[int, ...], right: bool) -> "Geometry":

@@ -110,14 +110,26 @@ class Pipeline:
         self, effects: Sequence[Effect], exposure: Exposure, *, right: bool, out: Geometry | None = None
     ) -> Geometry:
         """What the rays meet, those that are :func:`bending` have bent. out: an earlier result, to be written over."""
-        if self.caster is None:
-            raise ValueError("there is no scene to cast rays into")
+        view = self.bend(effects, exposure)
+        return self.cast_bent(view, exposure, right=right, out=out)
+
+    def bend(self, effects: Sequence[Effect], exposure: Exposure) -> View | None:
+        """What the frame is cast with; None where nothing is bent."""
         e, camera, bent = exposure, self.camera, bending(effects)
         if not bent:
-            return self.caster.cast(camera, e.pose, right=right, stamps=e.stamp, threads=e.threads, out=out)
+            return None
         view = View(e.pose, camera.rays, camera, e.motion, e.seed, e.index, e.stamp, e.threads, e.scratch)
         for effect in bent:
             effect.bend(view)
+        return view
+
+    def cast_bent(self, view: View | None, e: Exposure, *, right: bool, out: Geometry | None = None) -> Geometry:
+        """As :meth:`cast`, of what :meth:`bend` has found."""
+        if self.caster is None:
+            raise ValueError("there is no scene to cast rays into")
+        camera = self.camera
+        if view is None:
+            return self.caster.cast(camera, e.pose, right=right, stamps=e.stamp, threads=e.threads, out=out)
         # A batch of one, whether there is a pose a frame or a pose a row, so that the same memory fits both.
         poses = view.pose[None]
         fits = out is not None and out.depth.size == camera.width * camera.height

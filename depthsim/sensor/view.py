@@ -19,7 +19,7 @@ class View:
     each pixel's ray at z = 1. Effects put new arrays in their place.
     stamp: when the frame was taken, by its own account [s]. rows: when each row was, (height,) [s], where they were not
     taken at once; objects that move are where they are then. motion: where the camera is, in time.
-    scratch: memory for arrays that are done with when the frame is.
+    scratch: memory for arrays that are done with when the frame is. is_random: whether an effect has drawn any numbers.
     """
 
     pose: NDArray[np.float64]
@@ -32,7 +32,9 @@ class View:
     threads: int = 1
     scratch: Scratch = field(default_factory=Scratch)
     rows: NDArray[np.float64] | None = None
+    is_random: bool = False
 
     def draws(self, name: str) -> Draws:
         """Random numbers of one effect."""
+        self.is_random = True
         return Draws(self.seed, name, self.index, self.threads, self.scratch)

@@ -26,6 +26,7 @@ from depthsim.presets import preset
 from depthsim.raycast import Caster
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
+from depthsim.runs.png import decode_png, encode_png
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Effect, Sensor
 from depthsim.sensor.effects.align import AlignToColor
@@ -186,6 +187,28 @@ def test_an_alignment_is_not_taken_that_is_known_or_shown_by_nothing(aligned: Pa
     said, _ = load_evidence(aligned, None, BASE)
     assert said.doubled is None
     assert select_aligned(said, Validator(said, said.held_out), bank, find, lambda _: None) is None
+
+
+def test_rows_that_were_doubled_otherwise_are_not_searched_in_an_alignments_geometry(tmp_path: Path) -> None:
+    """Each pixel looked up at the nearest place: the alignment's own geometry makes the gap larger."""
+    camera = preset("d435", 160, 120, rate=3.0)
+    generate("office", None, camera, BASE, tmp_path / "run", frames=10, seed=5, streams=("depth",), threads=1)
+    for file in sorted((tmp_path / "run" / "depth").glob("*.png")):
+        u, v = (((np.arange(n) - (n - 1) / 2) / ZOOM + (n - 1) / 2).round().astype(int) for n in (160, 120))
+        file.write_bytes(encode_png(np.ascontiguousarray(decode_png(file.read_bytes())[np.ix_(v, u)])))
+    keys = yaml.safe_load((tmp_path / "run" / "camera.yaml").read_text())
+    zoomed = {"fx": keys["fx"] * ZOOM, "fy": keys["fy"] * ZOOM, "cx": 79.5 + (keys["cx"] - 79.5) * ZOOM}
+    zoomed["cy"] = 59.5 + (keys["cy"] - 59.5) * ZOOM
+    kept = {key: value for key, value in keys.items() if key not in SAID}
+    (tmp_path / "run" / "camera.yaml").write_text(yaml.safe_dump(kept | zoomed))
+    evidence, _ = load_evidence(tmp_path / "run", None, BASE)
+    assert evidence.doubled is not None
+    bank = candidates(BASE, setting_of(evidence))
+
+    def find(_: Evidence) -> Selection:
+        raise AssertionError
+
+    assert select_aligned(evidence, Validator(evidence, evidence.held_out), bank, find, lambda _: None) is None
 
 
 def test_a_camera_with_its_colour_cameras_intrinsics_is_noted(aligned: Path) -> None:

@@ -129,7 +129,7 @@ def _count(units: NDArray[np.uint16], clean: NDArray[np.float32], kind: int) -> 
     cells = np.zeros((1, pixels), np.uint16)
     where = counting.places(cells, kinds, offsets, size, rows=rows, across=across, follows=False)
     counts = np.zeros(size + counting.SPARE, np.uint32)
-    counting.count(bins, kinds, where, counts)
+    counting.count(bins, kinds, where, np.array([0]), counts)
     counts = counts[:size]
     return counts
 
@@ -143,6 +143,30 @@ def test_every_pixel_is_counted_once(seed: int, holes: float) -> None:
     counts = _count(units.astype(np.uint16), clean, histograms.ERROR)
     assert counts.sum() == clean.size
     assert counts[histograms.ERROR_HOLE] == (units.astype(np.uint16) == 0).sum()
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**31))
+def test_axes_that_are_counted_together_have_the_counts_of_each_alone(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    bins, pixels = int(histograms.BINS[histograms.ERROR]), 4000
+    u, v = rng.integers(0, 6, pixels), rng.integers(0, 5, pixels)
+    cells = np.stack([u, v, 5 * u + v, u // 2, rng.integers(0, 300, pixels)]).astype(np.uint16)
+    cells[2][u == 3] = counting.NO_CELL
+    kinds, offsets = np.full(5, histograms.ERROR), bins * np.array([0, 6, 11, 41, 44])
+    size, across = 344 * bins, np.zeros(pixels, np.float32)
+    where = counting.places(cells, kinds, offsets, size, rows=np.arange(40), across=across, follows=False)
+    codes = rng.integers(0, bins, (1, pixels)).astype(np.uint8)
+    expected, counts = np.zeros((2, size + counting.SPARE), np.uint32)
+    counting.count(codes, kinds, where, np.arange(5), expected)
+    (axes,) = counting.bundles(where, kinds)
+    assert axes == [0, 1, 2, 3]
+    some = counting.together(where, axes)
+    counting.count(codes, kinds, where, np.array([4]), counts)
+    shared = np.zeros(len(some.begins) * counting.ROOM, np.uint32)
+    counting.count_together(codes[0], some.places, some.begins, shared, counts)
+    np.testing.assert_array_equal(counts[:size], expected[:size])
+    assert not shared.any()
 
 
 def test_a_bias_moves_the_bins_and_its_sign_is_kept() -> None:

@@ -23,7 +23,7 @@ _SURE = 0.7
 """Over the root of the pixels: as well doubled rows show a zoom, relative. 0.005 where a picture has 160x120."""
 _SMALL = 160, 120
 """Pictures of which nobody knows the size are as small as this."""
-_ZERO, _ONE, _HALF = _f(0), _f(1), _f(0.5)
+_ZERO, _ONE, _HALF, _MOST = _f(0), _f(1), _f(0.5), _f(np.inf)
 
 
 @inlined
@@ -48,11 +48,13 @@ def _project(x, y, z, pose, lens):
 def _resample(depth, corner_x, corner_y, pose, lens, unit, out):
     """Each pixel of ``depth`` into all pixels of ``out`` between the places of its corners; the nearest stays.
 
+    Where there is none, ``out`` becomes 0.
     corner_x, corner_y: (height + 1, width + 1) rays at z = 1 through the corners of the pixels. unit: of the depth
     that the camera rounds to before it resamples [m].
     """
     height, width = depth.shape
     rows, columns = out.shape
+    out[:] = _MOST
     # Kept in registers: of an array that may be written to, each would be read again.
     p, c = pose, lens
     pose_of = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11]
@@ -75,10 +77,13 @@ def _resample(depth, corner_x, corner_y, pose, lens, unit, out):
             # so that what is not a number is outside.
             if not (left > -_ONE and top > -_ONE and right < _f(columns) and bottom < _f(rows)):
                 continue
+            z, first, last = row[u], np.int64(left), np.int64(right)
             for y in range(np.int64(top), np.int64(bottom) + 1):
-                for x in range(np.int64(left), np.int64(right) + 1):
-                    if out[y, x] == _ZERO or row[u] < out[y, x]:
-                        out[y, x] = row[u]
+                for x in range(first, last + 1):
+                    out[y, x] = min(out[y, x], z)  # a branch would be taken as the noise goes
+    for y in range(rows):
+        for x in range(columns):
+            out[y, x] = out[y, x] if out[y, x] < _MOST else _ZERO
 
 
 @lru_cache(maxsize=8)
@@ -180,7 +185,7 @@ class AlignToColor(Effect):
         """Resample the picture."""
         camera, color = frame.camera, frame.camera.color
         assert color is not None
-        out = np.zeros(color.shape, np.float32)
+        out = np.empty(color.shape, np.float32)
         to = np.linalg.inv(color.pose)
         pose = np.concatenate([to[:3, :3].reshape(-1), to[:3, 3]]).astype(np.float32)
         lens = np.array([color.fx, color.fy, color.cx, color.cy, *color.distortion], np.float32)

@@ -26,11 +26,11 @@ Grid = Annotated[tuple[Row, ...], Field(min_length=1, max_length=1024)]
 
 
 @kernel
-def _add(start, stop, pattern, disparity):
+def _add(start, stop, amplitude, pattern, disparity):
     """What is shifted to 0 or beyond has no depth."""
     d, p = disparity[start:stop], pattern[start:stop]
     for i in range(d.size):
-        shifted = max(d[i] + p[i], _f(0))
+        shifted = max(d[i] + p[i] * amplitude, _f(0))
         d[i] = shifted if d[i] > _f(0) else _f(0)
 
 
@@ -101,9 +101,9 @@ class FixedPattern(Effect):
             pattern = _random(draws.key.tobytes(), shape, self.size)
         else:
             pattern = _shaped(self.grid, shape)
-        scaled = frame.empty()
-        np.multiply(pattern[frame.camera.rows], _f(self.amplitude), out=scaled)
-        frame.run(_add, scaled.reshape(-1), frame.disparity.reshape(-1))
+        if frame.camera.height < frame.camera.whole.height:
+            pattern = pattern[frame.camera.rows]
+        frame.run(_add, _f(self.amplitude), pattern.reshape(-1), frame.disparity.reshape(-1))
 
 
 @lru_cache(maxsize=16)

@@ -3,6 +3,7 @@
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthsim.kernels import kernel
 from depthsim.parallel import split
@@ -19,16 +20,18 @@ _FINE = 1 << 16
 @kernel
 def _true_disparity(start, stop, focal_baseline, clean, out):
     """Below 0 where nothing is hit."""
-    for i in range(start, stop):
-        out[i] = focal_baseline / clean[i] if clean[i] > _ZERO else _f(-1)
+    z, d = clean[start:stop], out[start:stop]
+    for i in range(d.size):
+        d[i] = focal_baseline / z[i] if z[i] > _ZERO else _f(-1)
 
 
 @kernel
-def _move_by(start, stop, true, mean, disparity):
+def _move_by(start, stop, focal_baseline, clean, mean, disparity):
     """Add what the mean differs by from the true disparity; holes stay, and nothing is beyond infinity."""
-    for i in range(start, stop):
-        moved = max(disparity[i] + mean[i] - true[i], _ZERO)
-        disparity[i] = moved if (disparity[i] > _ZERO) & (true[i] > _ZERO) else disparity[i]
+    z, m, d = clean[start:stop], mean[start:stop], disparity[start:stop]
+    for i in range(d.size):
+        moved = max(d[i] + m[i] - focal_baseline / z[i], _ZERO)
+        d[i] = moved if (d[i] > _ZERO) & (z[i] > _ZERO) else d[i]
 
 
 class MatchingWindow(Effect):
@@ -72,9 +75,17 @@ class MatchingWindow(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Move every disparity by what averaging does to the scene there."""
-        true, mean, disparity = frame.empty(), frame.empty(), frame.disparity.reshape(-1)
+        focal_baseline = frame.camera.focal_baseline
+        of = self.radius, self.step, focal_baseline
+        mean = frame.geometry.once(self.id, of, lambda: self._mean(frame)).reshape(-1)
+        clean = frame.geometry.depth.reshape(-1)
+        frame.run(_move_by, _f(focal_baseline), clean, mean, frame.disparity.reshape(-1))
+
+    def _mean(self, frame: Frame) -> NDArray[np.float32]:
+        """(height, width) the mean of the scene's disparities."""
+        true, mean = frame.empty(), frame.empty()
         frame.run(_true_disparity, _f(frame.camera.focal_baseline), frame.geometry.depth.reshape(-1), true.reshape(-1))
         split(
             smooth_rows, frame.camera.height, frame.threads, true, self.radius, self.radius, _f(self.step), _FINE, mean
         )
-        frame.run(_move_by, true.reshape(-1), mean.reshape(-1), disparity)
+        return mean

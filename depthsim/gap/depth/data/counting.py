@@ -1,13 +1,34 @@
-"""Counting: each pixel's bin into the histogram of its cell, along every axis at once."""
+"""Counting: each pixel's bin into the histogram of its cell, along every axis at once.
+
+Most axes count errors, and many pixels of a frame lie in the same cells of several of them. Such axes are counted
+together: each set of such pixels has one histogram, which is added to those of all its cells.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.gap.depth.data.histograms import ACROSS, BEFORE, BINS, FAR_LEFT, FAR_UP, LAG_LEFT, LAG_UP, LEFT, UP
+from depthsim.gap.depth.data.histograms import (
+    ACROSS,
+    BEFORE,
+    BINS,
+    ERROR,
+    FAR_LEFT,
+    FAR_UP,
+    LAG_LEFT,
+    LAG_UP,
+    LEFT,
+    UP,
+)
 from depthsim.kernels import kernel
+from depthsim.lanes import load_ints, store
 
 NO_CELL = np.uint16(65535)
-SPARE = int(BINS.max())
+ROOM = 40
+"""Of a histogram of errors where some are added: five times eight."""
+SPARE = ROOM
 """How many counts lie beyond those of the axes: what is counted nowhere is counted there."""
 
 
@@ -40,14 +61,98 @@ def places(
     return out
 
 
+class Together(NamedTuple):
+    """A frame's pixels in the cells of several axes that are counted together, set by set; see :func:`count_together`.
+
+    places: (pixels,) where the histogram of each pixel's set begins. begins: (sets, axes) where those of its cells do.
+    """
+
+    places: NDArray[np.uint32]
+    begins: NDArray[np.unsignedinteger]
+
+
+_ADDING = 4
+"""Times what it takes to count a pixel along an axis, that it takes to add a set's histogram to a cell's."""
+
+
+def bundles(places: NDArray[np.unsignedinteger], kinds: NDArray[np.int64]) -> list[list[int]]:
+    """The axes of errors that are best counted together, by a typical frame's ``places``; one alone is none."""
+    found: list[tuple[list[int], NDArray[np.int64], int]] = []
+    pixels = places.shape[1]
+    for axis in map(int, np.flatnonzero(kinds == ERROR)):
+        tried = []
+        for number, (axes, sets, count) in enumerate(found):
+            finer, finer_count = _parted(sets, count, places[axis])
+            tried.append((finer_count * (len(axes) + 1) - count * len(axes), number, finer, finer_count))
+        cost, number, sets, count = min(tried, key=lambda one: one[0], default=(pixels, 0, np.empty(0, np.int64), 0))
+        if cost * _ADDING < pixels and tried:
+            found[number] = [*found[number][0], axis], sets, count
+        else:
+            found.append(([axis], *_parted(np.zeros(pixels, np.int64), 1, places[axis])))
+    return [axes for axes, _, _ in found if len(axes) > 1]
+
+
+def together(places: NDArray[np.unsignedinteger], axes: Sequence[int]) -> Together:
+    """A frame's pixels in the cells of some axes of errors. places: of all axes, see :func:`places`."""
+    sets, count = np.zeros(places.shape[1], np.int64), 1
+    for axis in axes:
+        sets, count = _parted(sets, count, places[axis])
+    begins = np.empty((count, len(axes)), places.dtype)
+    for number, axis in enumerate(axes):
+        begins[sets, number] = places[axis]
+    return Together((sets * ROOM).astype(np.uint32), begins)
+
+
+def _parted(sets: NDArray[np.int64], count: int, places: NDArray[np.unsignedinteger]) -> tuple[NDArray[np.int64], int]:
+    """The set of each pixel, and how many there are, if those in different cells of one more axis are parted."""
+    first = int(places.min())
+    known = np.full((count, (int(places.max()) - first) // int(BINS[ERROR]) + 2), -1, np.int64)
+    out = np.empty(len(sets), np.int64)
+    return out, _part(sets, places, first, int(BINS[ERROR]), known, out)
+
+
 @kernel
-def count(codes, kinds, places, counts):  # noqa: ANN201 - numba
-    """Add a frame to ``counts``: (size + SPARE,). codes: (kinds, pixels), places: (axes, pixels).
+def _part(sets, places, first, bins, known, out):
+    found = 0
+    for k in range(sets.size):
+        cell = (np.int64(places[k]) - first + bins - 1) // bins  # what is nowhere may lie beside the grid
+        if known[sets[k], cell] < 0:
+            known[sets[k], cell] = found
+            found += 1
+        out[k] = known[sets[k], cell]
+    return found
+
+
+@kernel
+def count_together(codes, places, begins, histograms, counts):  # noqa: ANN201 - numba
+    """As :func:`count`, for axes of a :class:`Together`. histograms: zero, of a size that is enough; left as it was."""
+    for k in range(places.size):
+        histograms[np.int64(places[k]) + np.int64(codes[k])] += np.uint32(1)
+    sets, axes = begins.shape
+    flat, own, to = begins.reshape(-1), np.int64(histograms.ctypes.data), np.int64(counts.ctypes.data)
+    for first in range(0, sets * axes, axes):
+        # What lies beyond the bins is 0, so that it does not matter where it is added.
+        a, b, c = load_ints(own, 8), load_ints(own + 32, 8), load_ints(own + 64, 8)
+        d, e = load_ints(own + 96, 8), load_ints(own + 128, 8)
+        own += 4 * ROOM
+        for w in range(first, first + axes):
+            at = to + 4 * np.int64(flat[np.uint64(w)])
+            store(at, load_ints(at, 8) + a)
+            store(at + 32, load_ints(at + 32, 8) + b)
+            store(at + 64, load_ints(at + 64, 8) + c)
+            store(at + 96, load_ints(at + 96, 8) + d)
+            store(at + 128, load_ints(at + 128, 8) + e)
+    histograms[: sets * ROOM] = 0
+
+
+@kernel
+def count(codes, kinds, places, axes, counts):  # noqa: ANN201 - numba
+    """Add a frame to ``counts``, along some axes: (size + SPARE,). codes: (kinds, pixels), places: (axes, pixels).
 
     Four pixels far apart in turn: neighbours often fall into one bin, and an addition waits for the last to the same.
     """
     part = places.shape[1] // 4
-    for w in range(kinds.size):
+    for w in axes:
         bins, begin = codes[kinds[w]], places[w]
         a, b, c, d = begin[:part], begin[part : 2 * part], begin[2 * part : 3 * part], begin[3 * part : 4 * part]
         e, f, g, h = bins[:part], bins[part : 2 * part], bins[2 * part : 3 * part], bins[3 * part : 4 * part]

@@ -7,6 +7,7 @@ from functools import cached_property, partial
 from typing import Any, TypeVar
 
 import numpy as np
+from isal import isal_zlib
 from numpy.typing import NDArray
 
 from depthsim.draws import Seed
@@ -19,6 +20,7 @@ from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.doubling import find_doubling
 from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, inner_rows, select_frames, select_rows
+from depthsim.gap.depth.data.histograms import ERROR
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.regions import region_name, split_scene
@@ -35,7 +37,7 @@ from depthsim.sensor.pipeline import acting
 
 Counts = NDArray[np.uint32]
 T = TypeVar("T")
-_REMEMBERED = 48
+_REMEMBERED = 1000
 """Sensors whose counts over some blocks are kept."""
 
 
@@ -78,7 +80,7 @@ class Evidence:
         self.frames: dict[int, CleanFrame] = {}
         self._look(like)
         self.real: dict[int, Counts] = {}
-        self._totals: dict[str, Counts] = {}
+        self._totals: dict[str, bytes] = {}
         self._count_real()
 
     @property
@@ -131,16 +133,17 @@ class Evidence:
     def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
         """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly.
 
-        The last few are remembered, as one fit begins where another ended.
+        The last ones are remembered, as one fit begins where another ended, and a bank is looked at again on top of
+        what was looked at before; packed, as most counts are small.
         """
         ordered = acting(effects)
         key = repr(([(e.id, e) for e in ordered], list(blocks), seed))
         if (known := self._totals.pop(key, None)) is None:
-            known = self._total(ordered, blocks, seed)
+            known = isal_zlib.compress(self._total(ordered, blocks, seed), 0)
         self._totals[key] = known
         if len(self._totals) > _REMEMBERED:
             del self._totals[next(iter(self._totals))]
-        return known
+        return np.frombuffer(isal_zlib.decompress(known), np.uint32)
 
     def _total(self, ordered: Sequence[Effect], blocks: Sequence[int], seed: Seed) -> Counts:
         frames = [int(i) for b in blocks for i in self.blocks[b]]
@@ -221,6 +224,7 @@ class Evidence:
         unit, focal_baseline = np.float32(self.camera.depth_scale), np.float32(self.camera.focal_baseline)
         error, bins = np.empty(pixels, np.float32), np.empty((int(self.kinds.max()) + 1, 0), np.uint8)
         before, steps = np.empty(0, np.uint8), np.array(self.cuts.steps, np.float32)
+        shared = np.empty(0, np.uint32)
         every = [frames[0] - 1, *frames] if ahead else frames
         for number, (index, units) in enumerate(zip(every, pictures, strict=True)):
             frame, coarse = self.frames[index], np.empty(pixels, np.uint8)
@@ -236,7 +240,11 @@ class Evidence:
                 steps, frame.counted, bins,
             )  # fmt: skip
             if correction is None:
-                counting.count(bins, self.kinds, frame.places, counts)
+                counting.count(bins, self.kinds, frame.places, self._alone, counts)
+                for some in frame.together:
+                    needed = len(some.begins) * counting.ROOM
+                    shared = shared if len(shared) >= needed else np.zeros(needed, np.uint32)
+                    counting.count_together(bins[ERROR], some.places, some.begins, shared, counts)
             else:
                 counting.count_corrected(bins, self.kinds, frame.places, counts, *correction)
             before = coarse
@@ -327,3 +335,11 @@ class Evidence:
             )  # fmt: skip
 
         self.each(cut, frames)
+        bundles = counting.bundles(self.frames[frames[len(frames) // 2]].places, self.kinds)
+        self._alone = np.setdiff1d(np.arange(len(self.axes)), [axis for axes in bundles for axis in axes])
+
+        def bundle(index: int) -> None:
+            frame = self.frames[index]
+            frame.together = [counting.together(frame.places, axes) for axes in bundles]
+
+        self.each(bundle, frames)

@@ -7,7 +7,7 @@ every block other ones, so that each part of the blocks (see :class:`Evidence`) 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from math import gcd
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.gap.config import DepthData
+from depthsim.gap.depth.data.counting import Together
 from depthsim.raycast import Caster, Geometry
 
 BANDS = 3
@@ -29,7 +30,8 @@ class CleanFrame:
 
     camera: that of the rows that are looked at; counted: which of them are counted. across: (pixels,) the clean
     depth beyond an edge [m], 0 where there is none. per_spread: (pixels,) 1 over the simulator's own spread of the
-    depth [1/m]. places: (axes, pixels that are counted), see :func:`counting.places`.
+    depth [1/m]. places: (axes, pixels that are counted), see :func:`counting.places`. together: the axes
+    that are counted together, of which :func:`counting.bundles` says which these are.
     """
 
     index: int
@@ -41,6 +43,11 @@ class CleanFrame:
     across: NDArray[np.float32]
     per_spread: NDArray[np.float32]
     places: NDArray[np.unsignedinteger]
+    together: list[Together] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Many sensors will see the geometry."""
+        self.geometry.kept = {}
 
 
 def cast_clean(caster: Caster, camera: Camera, pose: NDArray[np.float64], stamp: float = 0.0) -> Geometry:

@@ -25,7 +25,7 @@ SPREAD, FITTING, LOCATING = Seed("spread"), Seed("fitting"), (Seed("locating", 0
 """The seeds of the simulations that the measure of errors is from, that parameters are fitted by, and of the two that
 the gap is located by. No recording that is diagnosed can have been made by one of them."""
 _CASTS = 2
-"""How many casts of bent rays are kept of a frame."""
+"""How many casts of bent rays are kept of a frame that is fitted on; of another one it is the last."""
 _KEPT = 1 << 28
 """Bytes of pictures that are kept of frames before those that are looked at, and of what straight rays meet."""
 _BYTES = 14
@@ -41,7 +41,7 @@ class Replay:
     def __init__(self, caster: Caster, materials: Materials, motion: Motion) -> None:
         self._caster, self._materials, self._motion = caster, materials, motion
         self._own = threading.local()
-        self._casts: dict[int, list[tuple[Camera, list[Effect], bool, Geometry]]] = {}
+        self._casts: dict[int, list[tuple[Camera, list[Effect], int | Seed | None, bool, Geometry]]] = {}
         self._fields: dict[int, Fields] = {}
         self._met_straight: OrderedDict[tuple[object, ...], Geometry] = OrderedDict()
         self._lock = threading.Lock()
@@ -50,15 +50,24 @@ class Replay:
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
         """(rows, width) what is looked at of a frame, as the sensor with ``effects`` stores it."""
         camera = frame.camera
-        effects, scratch = all_of(camera, effects), Scratch.of_thread(self._own)
+        effects, pipeline = self._sensor(effects, camera)
+        scratch = Scratch.of_thread(self._own)
         fields = self._fields.setdefault(frame.index, {}) if seed == FITTING else None
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch, fields)
-        eye = measuring_camera(camera_for(camera, effects), effects)
-        pipeline = Pipeline(self._caster, eye, self._materials, self._caster.scene)
         past = self._past_of(effects, pipeline) if any(effect.looks_back for effect in effects) else None
         met = self._met(pipeline, effects, exposure, frame)
         raw = pipeline.store(self._made(pipeline, effects, met, exposure, past))
         return raw if raw.shape == camera.shape else np.ascontiguousarray(raw[: camera.height, : camera.width])
+
+    def _sensor(self, effects: Sequence[Effect], camera: Camera) -> tuple[list[Effect], Pipeline]:
+        """The effects that act, and what measures; the last ones of a thread are kept, for one frame after another."""
+        known = getattr(self._own, "sensor", None)
+        if known is None or known[0] is not effects or known[1] is not camera:
+            ordered = all_of(camera, effects)
+            eye = measuring_camera(camera_for(camera, ordered), ordered)
+            known = effects, camera, ordered, Pipeline(self._caster, eye, self._materials, self._caster.scene)
+            self._own.sensor = known
+        return known[2], known[3]
 
     def _made(
         self, pipeline: Pipeline, effects: Sequence[Effect], met: Geometry, exposure: Exposure, past: Past | None
@@ -72,22 +81,27 @@ class Replay:
     ) -> Geometry:
         """What rays meet. known: the frame, of whose own camera what straight ones meet is known.
 
-        The last few casts of bent rays for fitting are kept: the bank is tried on top of one bent sensor. Those of the
-        many more pixels that are decimated are not, unless they are of straight rays.
+        The last casts of bent rays are kept: the bank is tried on top of one bent sensor, and a sensor is validated by
+        several runs, whose rays are the same unless they are random. Those of the many more pixels that are decimated
+        are not, unless they are of straight rays.
         """
         own, camera, right = bending(effects), pipeline.camera, any(effect.needs_right for effect in effects)
         if known is not None and camera == known.camera and not own:
             return known.geometry
         if not own:
             return self._straight(pipeline, exposure, right)
-        keeps = known is not None and exposure.seed == FITTING and camera.width <= known.camera.left.width
+        keeps = known is not None and camera.width <= known.camera.left.width
         kept = self._casts.get(exposure.index, []) if keeps else []
-        for eye, others, with_right, cast in kept:
-            if (eye, others) == (camera, own) and (with_right or not right):
+        for eye, others, seed, with_right, cast in kept:
+            if (eye, others) == (camera, own) and seed in (None, exposure.seed) and (with_right or not right):
                 return cast
-        met = pipeline.cast(effects, exposure, right=right)
-        if keeps:
-            self._casts[exposure.index] = [(camera, own, right, met), *kept][:_CASTS]
+        view = pipeline.bend(effects, exposure)
+        met = pipeline.cast_bent(view, exposure, right=right)
+        seed = exposure.seed if view is not None and view.is_random else None
+        if keeps and (seed is None or seed == FITTING):
+            met.kept = {}
+            most = _CASTS if exposure.seed == FITTING else 1
+            self._casts[exposure.index] = [(camera, own, seed, right, met), *kept][:most]
         return met
 
     def _straight(self, pipeline: Pipeline, exposure: Exposure, right: bool) -> Geometry:
@@ -98,6 +112,7 @@ class Replay:
             met = self._met_straight.pop(key, None)
         if met is None:
             met = pipeline.cast((), exposure, right=right)
+            met.kept = {}
         with self._lock:
             self._met_straight[key] = met
             while (

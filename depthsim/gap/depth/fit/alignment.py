@@ -16,6 +16,10 @@ from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.pipeline import camera_for
 
+_LARGER = 1.1
+"""Times the gap without the alignment: with more, rows were doubled in another way, and what is searched for in its own
+geometry would be in vain. Beside a noise that is far off, a right one takes off next to nothing."""
+
 
 def select_aligned(
     evidence: Evidence,
@@ -36,6 +40,8 @@ def select_aligned(
     say("taking the alignment that the doubled rows show")
     shown = tuple(values for values in candidate.starts if evidence.doubled[0] in values)
     alone = search.begin(replace(candidate, starts=shown), evidence.base)
+    if search.validated(alone).gap > _LARGER * search.before:
+        return None
     alignment = AlignToColor(**alone.parameters(0))
     run = replace(evidence.run, camera=alignment.stored(camera_for(evidence.camera, [alignment])))
     beside = find(

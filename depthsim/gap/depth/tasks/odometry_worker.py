@@ -8,6 +8,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,7 @@ surface; and the room to begin with."""
 
 def figures_of(folder: Path, systems: Sequence[str]) -> dict[str, float]:
     """The figures of a run, by name; what cannot be measured is left out. systems: of :data:`SYSTEMS`."""
-    run = Run.open(folder)
+    run: Run = _Kept.open(folder)
     found: dict[str, float] = {}
     for name in systems:
         scored = score(run.trajectory, kept_to_the_end(estimate(run, SYSTEMS[name]), run))
@@ -58,8 +59,21 @@ def kept_to_the_end(found: Estimate, run: Run) -> Trajectory:
     )
 
 
-class _Trusted(Run):
-    """A run whose pictures are holes where the scene may not be trusted."""
+class _Kept(Run):
+    """A run whose pictures are read once: odometry asks for each twice, and a map three times."""
+
+    @cached_property
+    def _pictures(self) -> dict[int, NDArray[np.uint16]]:
+        return {}
+
+    def depth_raw(self, index: int) -> NDArray[np.uint16]:
+        if index not in self._pictures:
+            self._pictures[index] = super().depth_raw(index)
+        return self._pictures[index]
+
+
+class _Trusted(_Kept):
+    """The same, with holes where the scene may not be trusted."""
 
     def depth_raw(self, index: int) -> NDArray[np.uint16]:
         masks = np.load(self.path.parent / MASKS, mmap_mode="r", allow_pickle=False)
