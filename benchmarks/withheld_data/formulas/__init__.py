@@ -16,6 +16,8 @@ from benchmarks.withheld_data.formulas import (
     noise,
     optics,
     outside,
+    outside_errors,
+    outside_holes,
     pattern,
     pose,
     poses,
@@ -56,5 +58,5 @@ def _by_effect(*families: object) -> dict[str, tuple[type[Formula], ...]]:
 
 FORMULAS = _by_effect(*_FAMILIES)
 """By the id of the effect, what may stand for it."""
-OUTSIDE = _by_effect(outside)
+OUTSIDE = _by_effect(outside, outside_errors, outside_holes)
 """The same for what no bank has."""
