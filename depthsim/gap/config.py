@@ -173,6 +173,12 @@ class DepthAgreement(Section):
         0.2, "of how holes change along the range, that a cause may leave which is known by nothing else, as others are"
     )
     left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
+    as_much: float = _value(
+        0.85, "of what an axis of no cause explains, that one of its own must, for an effect with many parameters"
+    )
+    same: float = _value(
+        0.95, "the same of a place in the picture: with so much, surfaces are at the same places there"
+    )
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")

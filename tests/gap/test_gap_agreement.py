@@ -192,6 +192,32 @@ def test_holes_along_the_range_are_told_apart_by_their_shape(left: float) -> Non
     assert (rules.leaves(known_by_more, HOLES) is None) == (left <= DepthConfig().agreement.left_along)
 
 
+@given(st.floats(0, 0.99), st.floats(0, 1))
+def test_many_parameters_do_not_follow_a_change_along_another_axis(own: float, left: float) -> None:
+    """Noise that grows along the range, on materials that lie at different ranges."""
+    limit = DepthConfig().agreement
+    gap = changes(SPREAD, 0.0625, [0.0625, 0.0625 * own, 0])
+    one = asked("ambient_light", gap, changes(SPREAD, 0.0, [0.0625 * left, 0, 0]), gap)
+    assert rules.is_for_another_axis(one, SPREAD) is None  # it has too few parameters for that
+    said = rules.is_for_another_axis(replace(one, flexible=True), SPREAD)
+    if min(abs(own - limit.as_much), abs(left - limit.near_floor)) > 1e-9:
+        assert (said is not None) == (own < limit.as_much and left > limit.near_floor)
+    beside = replace(one, flexible=True, before=(effect_class("disparity_noise")(),))
+    assert rules.is_for_another_axis(beside, SPREAD) is None
+
+
+@pytest.mark.parametrize(("surface", "is_right"), [(0.99, True), (0.9, False)])
+def test_light_on_surfaces_is_asked_of_surfaces_and_not_of_where_they_are_seen(surface: float, is_right: bool) -> None:
+    axes = [
+        SimpleNamespace(name=name, names={name}, kind=0, size=8, single=True) for name in ("image_position", "surface")
+    ]
+    evidence = SimpleNamespace(axes=[*axes, AXES[0]], base=(), config=DepthConfig())
+    gap, left = (changes(SPREAD, 0.0, [0.0625 * n, 0.0625 * surface * m, 0]) for n, m in ((1, 1), (0.35, 0.35)))
+    one = asked("ambient_light", gap, left, gap)
+    one = replace(one, flexible=True, validator=cast("Validator", SimpleNamespace(evidence=evidence)))
+    assert (rules.leaves(one, SPREAD) is None) == is_right
+
+
 @given(st.floats(0, 1))
 def test_a_filter_smooths_on_every_material(left: float) -> None:
     gap = changes(SPREAD, 0.03125, [0, 0.0625, 0])

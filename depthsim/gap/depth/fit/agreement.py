@@ -145,7 +145,7 @@ def _of_kind(asked: Asked, k: int) -> str | None:
     if why is None and asked.alone and (primary or not asked.closes_well):
         why = rules.leaves_elsewhere(asked, k)
     if why is None and asked.alone and primary:
-        why = rules.leaves_crossed(asked, k) or rules.brings(asked, k)
+        why = rules.leaves_crossed(asked, k) or rules.brings(asked, k) or rules.is_for_another_axis(asked, k)
     return why
 
 

@@ -142,7 +142,9 @@ def leaves(asked: Asked, k: int) -> str | None:
         along[[axis.name in effect.axes for axis in axes]] = limit.untouched
     sure, worth = worth_of(asked.validator, gap, k)
     first = _first(asked, k)
-    if first != int(np.argmax(worth)):  # that one is another cause's: what is closed along its own speaks for it
+    if first == int(np.argmax(worth)):
+        first = _in_scene(asked, worth, first)
+    else:  # that one is another cause's: what is closed along its own speaks for it
         along[first] = limit.left_along
     if _is_more(asked, k) and _is_theirs(asked, k, first):
         return None
@@ -165,6 +167,16 @@ def leaves(asked: Asked, k: int) -> str | None:
         if share > (along[axis] if axis == first else limit.untouched):
             return f"leaves {share:.0%} of how {asked.change_along(k, axis)}"
     return None
+
+
+def _in_scene(asked: Asked, worth: NDArray[np.float64], first: int) -> int:
+    """The axis of the scene in place of one of the picture that explains as much: a camera that hardly turns sees the
+    same surfaces at the same places, and what acts on surfaces is known by these."""
+    own = int(np.argmax(np.where(asked.own, worth, -np.inf)))
+    names = asked.validator.evidence.axes[own].names
+    in_picture = asked.validator.evidence.axes[first].names == {"image_position"}
+    alike = in_picture and asked.flexible and "surface" in names and worth[own] >= asked.limit.same * worth[first]
+    return own if alike else first
 
 
 def _is_theirs(asked: Asked, k: int, axis: int) -> bool:
@@ -217,6 +229,23 @@ def leaves_elsewhere(asked: Asked, k: int) -> str | None:
     if asked.own[axis] or asked.others(axis) or not (sure and untouched):
         return None
     return f"leaves all of how {asked.change_along(k, axis)}"
+
+
+def is_for_another_axis(asked: Asked, k: int) -> str | None:
+    """Whether an effect with many parameters follows a change along an axis of no cause, where its own change less.
+
+    Such as light from a side for noise that grows over the picture, where the camera hardly turns.
+    """
+    limit, gap = asked.limit, asked.gap
+    sure, worth = worth_of(asked.validator, gap, k)
+    first = int(np.argmax(worth))
+    if not asked.flexible or asked.own[first] or asked.others(first) or not sure[first]:
+        return None
+    share = max(float(asked.left.varies[k, first]), 0.0) / max(float(gap.varies[k, first]), 1e-12)
+    own = float(worth[asked.own].max(initial=0.0))
+    if own >= limit.as_much * worth[first] or share <= limit.near_floor:
+        return None
+    return f"leaves {share:.0%} of how {asked.change_along(k, first)}, and it acts along others"
 
 
 def leaves_crossed(asked: Asked, k: int) -> str | None:
