@@ -60,12 +60,11 @@ def frame_cells(
     axes: list[Axis], c: Covariates, frame: int, mask: NDArray[np.bool_] | None, rows: NDArray[np.intp]
 ) -> NDArray[np.uint16]:
     """(axes, pixels of ``rows``): the cell of each pixel on each axis; NO_CELL where it is not counted."""
-    c, mask = c.of_rows(rows), None if mask is None else mask[rows]
-    out = np.empty((len(axes), c.depth.size), np.uint16)
+    out = np.empty((len(axes), c.depth[rows].size), np.uint16)
     for w, axis in enumerate(axes):
         cell = np.asarray(axis.cells(c, frame))
         cell = np.where((cell >= 0) & (cell < axis.size), cell, NO_CELL)
-        out[w] = (cell if mask is None else np.where(mask, cell, NO_CELL)).reshape(-1)
+        out[w] = (cell if mask is None else np.where(mask, cell, NO_CELL))[rows].reshape(-1)
     return out
 
 

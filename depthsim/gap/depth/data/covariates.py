@@ -49,11 +49,6 @@ class Covariates:
     toward: NDArray[np.bool_]
     instance: NDArray[np.uint16]
 
-    def of_rows(self, rows: NDArray[np.intp]) -> "Covariates":
-        """Those of some of the rows."""
-        pictures = {name: one[..., rows, :] for name, one in vars(self).items() if name != "camera"}
-        return Covariates(camera=self.camera.whole.window(self.camera.rows[rows]), **pictures)
-
 
 EDGE_DISTANCES = (1, 2, 4, 7, EDGE_REACH)
 EDGE_CODES = 1 + len(EDGE_DISTANCES) * 4 * 2
