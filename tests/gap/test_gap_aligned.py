@@ -73,6 +73,15 @@ def test_one_that_says_so_has_no_gap(aligned: Path) -> None:
     assert score.gap < 1.3 * score.floor
 
 
+def test_of_large_pictures_some_rows_are_counted(aligned: Path) -> None:
+    """A camera of some rows of an aligned picture is no camera: its colour camera has all of them."""
+    few = DepthConfig()
+    few = few.model_copy(update={"data": few.data.model_copy(update={"pixels_of_frame": 5_000})})
+    evidence, _ = load_evidence(aligned, None, BASE, config=few)
+    assert evidence.counted_of_frame < 160 * 120 / 2
+    assert not Validator(evidence, evidence.test).score(BASE).stands_out(few.significance)
+
+
 def test_one_that_does_not_has_its_alignment_among_the_candidates(aligned: Path) -> None:
     # Nothing in the file says what the left imager's focal length is: its noise in pixels is this much smaller.
     base = (DisparityNoise(sigma=0.06 * ZOOM), BASE[1])
