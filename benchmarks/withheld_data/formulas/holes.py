@@ -6,10 +6,10 @@ import numpy as np
 from scipy import ndimage
 
 from benchmarks.withheld_data.film import Film, Floats, Formula, Mask, Rng, Take
-from benchmarks.withheld_data.formulas.seen import draw_tag, ranges
+from benchmarks.withheld_data.formulas.seen import draw_tag, of_tag, ranges
 
 
-class _Chance(Formula):
+class Chance(Formula):
     """Holes drawn pixel by pixel by a chance; amount is the chance's size unless the formula says otherwise."""
 
     statistic = "holes"
@@ -58,7 +58,7 @@ class CountedHoles(MoreHoles):
         return random <= np.partition(random.ravel(), count)[count]
 
 
-class GrazingLogistic(_Chance):
+class GrazingLogistic(Chance):
     """A logistic step of the angle of incidence."""
 
     effect = "incidence_dropout"
@@ -71,7 +71,7 @@ class GrazingLogistic(_Chance):
         return self.amount / (1 + np.exp(-(np.degrees(take.angle) - self.middle) / self.width))
 
 
-class CosineLoss(_Chance):
+class CosineLoss(Chance):
     """1 - (cos θ)^p: what is not sent back."""
 
     effect = "incidence_dropout"
@@ -84,7 +84,7 @@ class CosineLoss(_Chance):
         return self.amount * np.clip(1 - take.geometry.cosine / self.knee, 0, 1) ** 2
 
 
-class AngleLimit(_Chance):
+class AngleLimit(Chance):
     """Nothing beyond an angle that is a little different from patch to patch."""
 
     effect = "incidence_dropout"
@@ -97,7 +97,7 @@ class AngleLimit(_Chance):
         return (np.degrees(take.angle) > 90 - self.amount + rough).astype(np.float64)
 
 
-class RangeLogistic(_Chance):
+class RangeLogistic(Chance):
     """A logistic step of range."""
 
     effect = "range_dropout"
@@ -111,7 +111,7 @@ class RangeLogistic(_Chance):
         return self.amount / (1 + np.exp(-(take.geometry.depth - self.middle) / self.width))
 
 
-class LightFallsOff(_Chance):
+class LightFallsOff(Chance):
     """Too little light: 1 / (1 + (L / z)⁴)."""
 
     effect = "range_dropout"
@@ -126,7 +126,7 @@ class LightFallsOff(_Chance):
         return 1 / (1 + (self._far / (self.amount * z)) ** 4)
 
 
-class Rayleigh(_Chance):
+class Rayleigh(Chance):
     """1 - exp(-((z - z0) / L)²) beyond z0."""
 
     effect = "range_dropout"
@@ -147,13 +147,13 @@ def _far(film: Film) -> float:
     return float(ranges(film)[850])
 
 
-class _OneMaterial(_Chance):
+class _OneMaterial(Chance):
     def __init__(self, rng: Rng, film: Film) -> None:
         self.tag = draw_tag(rng, film, 0.05)
 
     def mine(self, take: Take) -> Mask:
         """Its pixels."""
-        return take.geometry.tag == take.film.world.scene.tags.index(self.tag)
+        return of_tag(take, self.tag)
 
 
 class OneInSo(_OneMaterial):
@@ -196,7 +196,7 @@ class DarkByRange(_OneMaterial):
         return (1 - np.exp(-self.amount * take.geometry.depth)) * self.mine(take)
 
 
-class DarkLogistic(_Chance):
+class DarkLogistic(Chance):
     """All dark materials: a logistic step of the logarithm of their reflectance."""
 
     effect = "material_dropout"

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.withheld_data.film import Film, Floats, Formula, Rng, Take
-from benchmarks.withheld_data.formulas.seen import draw_tag
+from benchmarks.withheld_data.formulas.seen import draw_tag, of_tag
 
 
 class OtherMaterial(Formula):
@@ -31,7 +31,7 @@ class OtherMaterial(Formula):
 
     def spread(self, take: Take) -> None:
         """amount: relative error of m."""
-        mine = take.geometry.tag == take.film.world.scene.tags.index(self.tag)
+        mine = of_tag(take, self.tag)
         z = take.geometry.depth[mine].astype(np.float64)
         take.sigma[mine] = 0.005 * self.growth(self.m * z)
 

@@ -4,13 +4,8 @@ import numpy as np
 from scipy import ndimage
 
 from benchmarks.withheld_data.film import Film, Formula, Rng, Take
-from benchmarks.withheld_data.formulas.outside_holes import steps
-
-
-def _one_tag(rng: Rng, film: Film) -> int:
-    """A material in sight."""
-    take = film.make(len(film) // 2, (), noise=False)
-    return int(rng.choice(np.unique(take.geometry.tag[take.z > 0])))
+from benchmarks.withheld_data.formulas.outside_holes import near_edges
+from benchmarks.withheld_data.formulas.seen import draw_tag, of_tag, ranges
 
 
 class Translucent(Formula):
@@ -21,11 +16,11 @@ class Translucent(Formula):
     axes = ("material", "surface")
 
     def __init__(self, rng: Rng, film: Film) -> None:
-        self.tag = _one_tag(rng, film)
+        self.tag = draw_tag(rng, film, 0.05)
 
     def bias(self, take: Take) -> None:
         """amount: by how much [m]."""
-        take.z = np.where((take.geometry.tag == self.tag) & (take.z > 0), take.z + self.amount, take.z)
+        take.z = np.where(of_tag(take, self.tag) & (take.z > 0), take.z + self.amount, take.z)
 
 
 class SlantedTooFar(Formula):
@@ -48,8 +43,7 @@ class StretchedFar(Formula):
     axes = ("range",)
 
     def __init__(self, rng: Rng, film: Film) -> None:
-        z = film.make(len(film) // 2, (), noise=False).z
-        self.knee = float(np.quantile(z[z > 0], rng.uniform(0.3, 0.6)))
+        self.knee = float(ranges(film)[int(rng.integers(300, 600))])
 
     def bias(self, take: Take) -> None:
         """amount: share of what is beyond the knee [m]."""
@@ -92,8 +86,7 @@ class NoisyEdges(Formula):
 
     def spread(self, take: Take) -> None:
         """amount: factor less 1 within four pixels of an edge."""
-        near = ndimage.binary_dilation(steps(take) > 1.0, iterations=4)
-        take.sigma = np.where(near, take.sigma * (1 + self.amount), take.sigma)
+        take.sigma = np.where(near_edges(take, 4), take.sigma * (1 + self.amount), take.sigma)
 
 
 class Reflections(Formula):
@@ -105,12 +98,12 @@ class Reflections(Formula):
     axes = ("material", "surface", "residual_tail", "incidence")
 
     def __init__(self, rng: Rng, film: Film) -> None:
-        self.tag, self.further = _one_tag(rng, film), float(rng.uniform(1.4, 2.2))
+        self.tag, self.further = draw_tag(rng, film, 0.05), float(rng.uniform(1.4, 2.2))
 
     def tail(self, take: Take) -> None:
         """amount: share of the material that does."""
         field = ndimage.gaussian_filter(take.rng("reflections").standard_normal(take.z.shape), 3.0)
-        shows = (field > np.quantile(field, 1 - self.amount)) & (take.geometry.tag == self.tag)
+        shows = of_tag(take, self.tag) & (field > np.quantile(field, 1 - self.amount))
         take.z = np.where(shows, take.z * self.further, take.z)
 
 
@@ -126,6 +119,7 @@ class TornFrames(Formula):
 
     def finish(self, take: Take) -> None:
         """amount: share of the frames that are torn."""
-        if take.index > 0 and self._turn[take.index] < self.amount:
-            rows = int(self._row[take.index] * len(take.z))
+        turn = min(take.index, len(self._turn) - 1)
+        if take.index > 0 and self._turn[turn] < self.amount:
+            rows = int(self._row[turn] * len(take.z))
             take.z[:rows] = take.film.make(take.index - 1, ()).z[:rows]

@@ -3,7 +3,8 @@
 import numpy as np
 from scipy import ndimage
 
-from benchmarks.withheld_data.film import Film, Formula, Mask, Rng, Take
+from benchmarks.withheld_data.film import Film, Floats, Formula, Mask, Rng, Take
+from benchmarks.withheld_data.formulas.holes import Chance
 
 
 class LostLines(Formula):
@@ -35,29 +36,25 @@ class LostBlocks(Formula):
         return np.repeat(np.repeat(lost, 16, axis=0), 16, axis=1)[:height, :width]
 
 
-class HoleBursts(Formula):
+class HoleBursts(Chance):
     """Some frames have many more holes than the rest."""
 
     effect = "hole_bursts"
-    statistic = "holes"
-    span = (1e-3, 0.95)
     axes = ("time", "frame_neighbours", "motion")
 
     def __init__(self, rng: Rng, film: Film) -> None:
         self._poor = rng.random(len(film)) < rng.uniform(0.2, 0.5)
         self._poor[[0, -1]] = True, False
 
-    def lose(self, take: Take) -> Mask:
+    def chance(self, take: Take) -> Floats:
         """amount: chance in such frames."""
-        return take.rng("burst").random(take.z.shape) < self.amount * self._poor[take.index]
+        return np.full(take.z.shape, self.amount * self._poor[min(take.index, len(self._poor) - 1)])
 
 
-class HolesWithSpeed(Formula):
+class HolesWithSpeed(Chance):
     """What moves too fast over the picture is not matched."""
 
     effect = "motion_holes"
-    statistic = "holes"
-    span = (1e-3, 0.95)
     axes = ("motion", "time", "frame_neighbours")
 
     def __init__(self, rng: Rng, film: Film) -> None:
@@ -65,57 +62,51 @@ class HolesWithSpeed(Formula):
         cosine = (np.einsum("nji,nji->n", film.poses[1:, :3, :3], film.poses[:-1, :3, :3]) - 1) / 2
         speed = way + np.arccos(np.clip(cosine, -1, 1))
         self._share = (np.append(speed, speed[-1:]) / max(float(speed.max()), 1e-9)) ** 2
+        self._stamps = film.stamps
 
-    def lose(self, take: Take) -> Mask:
+    def chance(self, take: Take) -> Floats:
         """amount: chance where the camera is fastest; it goes with the square of the speed."""
-        return take.rng("speed").random(take.z.shape) < self.amount * self._share[take.index]
+        return np.full(take.z.shape, self.amount * np.interp(take.stamp, self._stamps, self._share))
 
 
-class AgeingHoles(Formula):
+class AgeingHoles(Chance):
     """Ever more holes while the camera runs."""
 
     effect = "ageing_holes"
-    statistic = "holes"
-    span = (1e-3, 0.95)
     axes = ("time", "motion")
 
-    def lose(self, take: Take) -> Mask:
+    def chance(self, take: Take) -> Floats:
         """amount: chance at the end; it goes with the square of the time."""
         share = (take.index / max(len(take.film) - 1, 1)) ** 2
-        return take.rng("ageing").random(take.z.shape) < self.amount * share
+        return np.full(take.z.shape, self.amount * share)
 
 
-class DarkCorners(Formula):
+class DarkCorners(Chance):
     """Less light to the corners, and more holes."""
 
     effect = "vignetting_holes"
-    statistic = "holes"
-    span = (1e-3, 1.0)
     axes = ("image_radius", "image_position", "image_row", "image_column")
 
-    def lose(self, take: Take) -> Mask:
+    def chance(self, take: Take) -> Floats:
         """amount: chance in the corners; it goes with the fourth power of the radius."""
         camera = take.film.camera
         u, v = (take.film.u - camera.cx) / camera.width, (take.film.v - camera.cy) / camera.height
-        return take.rng("corners").random(take.z.shape) < self.amount * np.minimum(2 * (u * u + v * v), 1) ** 2
+        return self.amount * np.minimum(2 * (u * u + v * v), 1) ** 2
 
 
-class HolesAtEdges(Formula):
+class HolesAtEdges(Chance):
     """On both sides of a depth edge, up or down as well as left or right, pixels are lost by chance."""
 
     effect = "edge_holes"
-    statistic = "holes"
-    span = (2e-3, 1.0)
     axes = ("edge_distance", "pixel_neighbours")
 
-    def lose(self, take: Take) -> Mask:
+    def chance(self, take: Take) -> Floats:
         """amount: chance within three pixels of an edge."""
-        at_edge = steps(take) > 1.0
-        near = ndimage.binary_dilation(at_edge, iterations=3)
-        return near & (take.rng("edges").random(take.z.shape) < self.amount)
+        return self.amount * near_edges(take, 3)
 
 
-def steps(take: Take) -> np.ndarray:
-    """(height, width) by how much the clean disparity changes to the next pixels, over the line through them [px]."""
+def near_edges(take: Take, reach: int) -> Mask:
+    """(height, width) so near to where the clean disparity is 1 px off the line through its neighbours [px]."""
     d = take.clean_disparity
-    return np.maximum(*(np.abs(ndimage.correlate1d(d, [1, -2, 1], axis=axis, mode="nearest")) for axis in (0, 1)))
+    bent = [np.abs(ndimage.correlate1d(d, [1, -2, 1], axis=axis, mode="nearest")) > 1.0 for axis in (0, 1)]
+    return np.asarray(ndimage.binary_dilation(bent[0] | bent[1], iterations=reach))

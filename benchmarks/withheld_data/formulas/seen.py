@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.withheld_data.film import Film, Floats, Rng
+from benchmarks.withheld_data.film import Film, Floats, Mask, Rng, Take
 
 
 def ranges(film: Film) -> Floats:
@@ -17,6 +17,11 @@ def draw_tag(rng: Rng, film: Film, least: float) -> str:
     share = np.bincount(tags, minlength=256)[: len(film.world.scene.tags)] / tags.size
     fits = [tag for tag, part in zip(film.world.scene.tags, share, strict=True) if least <= part <= 0.8]
     return str(rng.choice(fits or film.world.scene.tags))
+
+
+def of_tag(take: Take, tag: str) -> Mask:
+    """(height, width) where a material is met."""
+    return np.asarray(take.geometry.tag == take.film.world.scene.tags.index(tag))
 
 
 def _some(film: Film) -> range:

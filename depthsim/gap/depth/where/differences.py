@@ -43,8 +43,8 @@ def compare_cells(
     size = evidence.axes[axis].size
     a, b = (x[begin : begin + size * bins].reshape(size, bins)[cells].astype(float) for x in (real, simulated))
     if kind != ERROR:
-        whose = "the same pixel in successive frames"
-        whose = whose if evidence.axes[axis].name == "frame_neighbours" else "neighbouring pixels"
+        over_time = evidence.axes[axis].name == "frame_neighbours"
+        whose = "the same pixel in successive frames" if over_time else "neighbouring pixels"
         of_holes = UP < kind < ACROSS and (holes_together(a) - holes_together(b)).sum() > errors_together(a, b).sum()
         what: What = "missing" if of_holes else "correlation"
         words = f"{'holes' if of_holes else 'errors'} of {whose} go together in another way"

@@ -98,11 +98,11 @@ def _as_the_spread(evidence: Evidence, real: Counts, plain: Counts) -> int | Non
 def _changes(evidence: Evidence, number: int, real: Counts, plain: Counts, another: Counts) -> tuple[float, float]:
     """The part of the squared Hellinger distance that changes along an axis, and the whole of it, over chance."""
     axis = evidence.axes[number]
-    bins, begin = int(histograms.BINS[axis.kind]), int(evidence.offsets[number])
+    bins = int(histograms.BINS[axis.kind])
     everything = int(evidence.axes[0].size) * bins
 
     def roots(counts: Counts) -> tuple[Floats, Floats]:
-        cells = counts[begin : begin + axis.size * bins].reshape(axis.size, bins).astype(float)
+        cells = _cells(evidence, number, counts).astype(float)
         # Some axes leave pixels out: those are one cell more.
         outside = counts[:everything].reshape(-1, bins).sum(axis=0) - cells.sum(axis=0)
         cells = np.vstack([cells, np.maximum(outside, 0)])
