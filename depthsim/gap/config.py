@@ -111,6 +111,9 @@ class DepthSelect(Section):
     further: float = _value(0.1, "that is enough for a further cause, whatever was left")
     further_of_left: float = _value(0.5, "of what was left, that is enough for a further cause")
     further_apart: float = _value(0.1, "of what was left, that is enough if `stays` of it stays beside any rival")
+    beside_poses: float = _value(
+        0.02, "that a cause must close beside errors of the poses: registered frames have some of these left"
+    )
     least: float = _value(0.005, "that a cause must close beside a later one; below it, it is dropped")
     stays: float = _value(
         0.7,
@@ -173,6 +176,9 @@ class DepthAgreement(Section):
         0.2, "of how holes change along the range, that a cause may leave which is known by nothing else, as others are"
     )
     left_by_flexible: float = _value(0.5, "of these two limits, for effects with many parameters")
+    left_of_own: float = _value(
+        0.25, "of what changes along the axis that it is known by, that an effect with many parameters may leave"
+    )
     as_much: float = _value(
         0.85, "of what an axis of no cause explains, that one of its own must, for an effect with many parameters"
     )

@@ -11,32 +11,28 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import MEASURE, UNIT
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.findings import Findings
-from depthsim.gap.depth.fit.agreement import leaves_biases
+from depthsim.gap.depth.fit import withdraw
 from depthsim.gap.depth.fit.alignment import select_aligned
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
-from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.pattern import learn_pattern
-from depthsim.gap.depth.fit.poses import LATE, register_frames
+from depthsim.gap.depth.fit.poses import LATE, matter, register_frames
 from depthsim.gap.depth.fit.select import Selection, select
-from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.tasks.measure import tasks_of
 from depthsim.gap.depth.tasks.odometry import odometry_of
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
-from depthsim.gap.diagnosis import Cut, Diagnosis, Gap, Nearest, Unexplained
+from depthsim.gap.diagnosis import Diagnosis, Gap, Unexplained
 from depthsim.gap.report.folder import check_report_folder
-from depthsim.gap.selection import Refused, verdict_of
+from depthsim.gap.selection import verdict_of
 from depthsim.materials import Materials
 from depthsim.runs.folder import Run
 from depthsim.scene import Scene
@@ -50,8 +46,6 @@ _FAINTLY = (
     "the recording differs from the simulator by more than chance, but by less than a tenth of what two runs of one "
     "sensor differ by, and no effect explains it"
 )
-_PLACES = {"image_position", "surface"}
-_NEIGHBOURS = {"pixel_neighbours", "frame_neighbours"}
 Say = Callable[[str], None]
 
 
@@ -157,8 +151,10 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     # Which effects explain it?
     selection = _which(selecting, without, errors, say)
     if validator is not selecting:
-        selection = _seen_again(validator, selecting, selection)
-    is_cause = poses is not None and not poses.are_as_held and _matter(recorded, validator, selection)
+        selection = withdraw.unsupported(validator, selecting, selection)
+    is_cause = poses is not None and not poses.are_as_held and matter(recorded, validator, selection)
+    if poses is not None:
+        selection = withdraw.left_by_poses(poses.errors, selecting, selection, before.above if is_cause else 0.0)
     if not is_cause and recorded is not validator:
         recorded, before = validator, validator.score(evidence.base)
     named = bool(selection.model.parts) or is_cause
@@ -171,10 +167,10 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
 
     # How far do they close it?
     after, gap = _how_far(recorded, validator, selection, before)
-    first, poor = _first(where), not is_cause and gap.closed_fraction < config.agreement.nearly_all
-    if first and poor and not evidence.stands_still and _acts_elsewhere(selection, first):
-        selection, named = _refused(validator, selection, before, first.axis), False
-        after, gap = before, _gap(before, before, 0.0, 0.0)
+    if selection.model.parts and not is_cause and not evidence.stands_still:
+        selection = withdraw.acting_elsewhere(validator, selection, before, gap.closed_fraction, where)
+        if not selection.model.parts:
+            named, after, gap = False, before, _gap(before, before, 0.0, 0.0)
 
     # Where is the rest?
     say("locating what is left")
@@ -231,79 +227,6 @@ def _which(validator: Validator, without: Sequence[str], errors: PoseErrors | No
         return _which(_parts(aligned)[1], (*without, AlignToColor.id), errors, say)
 
     return select_aligned(evidence, validator, bank, in_own_geometry, say) or select(evidence, validator, bank, say)
-
-
-def _seen_again(validator: Validator, selecting: Validator, selection: Selection) -> Selection:
-    """Without the causes that the frames that are reported on do not support.
-
-    Without them no more is left there, or what they close is unknown by more than the whole gap.
-    """
-    base = validator.evidence.base
-    start, full = (validator, base), (validator, selection.model.build(base))
-    limit = validator.config.unknown
-    kept, near = selection.model, list(selection.nearest)
-    for number in reversed(range(len(kept.parts))):
-        less = validator, selection.model.less(number).build(base)
-        if validator.quick(less[1]) > validator.quick(full[1]) and closed_error(start, less, full) <= limit:
-            continue
-        closed = selecting.quick(kept.less(number).build(base)) - selecting.quick(kept.build(base))
-        why = "closes something on some frames, and on others nothing, or the opposite"
-        share = closed / max(selecting.quick(base), 1e-12)
-        near.append(Nearest(effect=kept.parts[number].effect, closed_fraction=share, why_not=why))
-        kept = kept.less(number)
-    return replace(selection, model=kept, nearest=tuple(near))
-
-
-def _acts_elsewhere(selection: Selection, first: Cut) -> bool:
-    """Whether no cause acts along the axis on which the gap lies first.
-
-    Tails do not count: they are in few pixels, and most of what these change elsewhere is chance. What makes neighbours
-    go together also changes how successive frames do.
-    """
-    causes = [effect_class(part.effect) for part in selection.model.parts]
-    along, kinds = first.names, {"tail", first.what} & {"tail", "correlation"}
-    # Biases are in units of the simulator's spread, of which each material has its own.
-    if first.what == "bias" and "material" in along:
-        along |= {"range"}
-    return bool(causes) and not any(along & set(one.axes) or one.kinds[0] in kinds for one in causes)
-
-
-def _first(where: Sequence[Cut]) -> Cut | None:
-    """Where the gap lies first, but for places: where the camera hardly moves, whatever is in a scene has one.
-
-    Where it stands still every axis is one of places. That holes go together says what they are, and not where.
-    """
-    of_holes = [cut for cut in where if cut.what == "missing" and cut.axis in _NEIGHBOURS]
-    anywhere = (cut for cut in where if not _PLACES & cut.names and cut not in of_holes)
-    return next(anywhere, where[0] if where else None)
-
-
-def _refused(validator: Validator, selection: Selection, before: Score, first: str) -> Selection:
-    """No cause, and those that were as what comes near. first: the axis along which none of them acts."""
-    base, why = validator.evidence.base, f"does not act along {first.replace('_', ' ')}, on which the gap lies first"
-    shares = credit(validator, base, selection.model)
-    refused = Refused({near.effect: near for near in selection.nearest})
-    for part, share in zip(selection.model.parts, shares, strict=True):
-        refused.refuse(part.effect, share / max(before.above, 1e-12), why)
-    nearest = refused.nearest((), validator.evidence.config.select)
-    return replace(selection, model=Model((), np.empty(0)), nearest=nearest, ties={})
-
-
-def _matter(recorded: Validator, registered: Validator, selection: Selection) -> bool:
-    """Whether the poses' errors make more of a gap, beside the other causes, than a faint one, and surely or much."""
-    model, runs, start = selection.model, registered.config.runs, (recorded, recorded.evidence.base)
-    with_errors = model.build(recorded.evidence.base)
-    right = model.build(registered.evidence.base)
-    score = registered.score(right)
-    closed = recorded.quick(with_errors, runs) - score.gap
-    if closed <= registered.config.faint * score.floor or leaves_biases((recorded, with_errors), (registered, right)):
-        return False
-    share = closed / max(recorded.score(start[1]).gap - score.floor, 1e-12)
-    limit = registered.evidence.config.select
-    if not model.parts:  # the only cause must close as much as any other one
-        return share >= limit.first
-    much = limit.further
-    return share >= much or share > closed_error(start, (recorded, with_errors), (registered, right))
 
 
 def _how_far(recorded: Validator, validator: Validator, selection: Selection, before: Score) -> tuple[Score, Gap]:

@@ -68,6 +68,11 @@ class PoseErrors:
         return (float(x), float(y), float(z)) if (np.abs(turn) > _SURE * error).any() else None
 
     @property
+    def turn_by_chance(self) -> float:
+        """How far the mount may seem turned by what random errors leave on average [deg]."""
+        return float(np.degrees(_SURE * np.linalg.norm(self.constant_error[:3])))
+
+    @property
     def rotation(self) -> float:
         """Standard deviation of a turn about an axis that the scene shows [deg]."""
         return float(np.degrees(self.pooled[0]))

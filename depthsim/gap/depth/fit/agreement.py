@@ -12,14 +12,24 @@ import numpy as np
 from depthsim.draws import Seed
 from depthsim.gap.depth.data.doubling import line_of
 from depthsim.gap.depth.fit import rules
-from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, against, done_by, first_axis, less_others, phases_apart
+from depthsim.gap.depth.fit.changes import (
+    ALL,
+    KINDS,
+    Effects,
+    against,
+    done_by,
+    first_axis,
+    less_others,
+    phases_apart,
+    worth_of,
+)
 from depthsim.gap.depth.fit.rules import Asked
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
 
 def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Effects]) -> bool:
-    """Whether most of how biases change is left, along the axis on which they change most.
+    """Whether most of how biases change is left, along the axis on which they change most, where there is much of them.
 
     before, after: sensors, each with the frames that it is compared with.
     """
@@ -27,8 +37,20 @@ def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Eff
     limit = before[0].evidence.config.agreement
     bias = KINDS.index("bias")
     first = first_axis(before[0], gap, bias)
+    if first is None or gap.whole[bias] < limit.acts * gap.whole[:ALL].max():
+        return False
     most = limit.left_by_flexible * limit.left_along  # six numbers a frame come near to much
-    return bool(first is not None and left.varies[bias, first] > most * gap.varies[bias, first])
+    return bool(left.varies[bias, first] > most * gap.varies[bias, first])
+
+
+def left_of_change(validator: Validator, axis: str, what: str, before: Effects, after: Effects) -> float:
+    """Share that ``after`` leaves of how one kind of gap of ``before`` changes along an axis; 0 where it does not."""
+    gap, left = (validator.once(against, effects) for effects in (before, after))
+    k = KINDS.index(what) if what in KINDS else ALL
+    sure, worth = worth_of(validator, gap, k)
+    worth = np.where([one.name == axis for one in validator.evidence.axes], worth, -np.inf)
+    first = int(np.argmax(worth))
+    return float(left.varies[k, first] / gap.varies[k, first]) if sure[first] and np.isfinite(worth[first]) else 0.0
 
 
 def makes_steps(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
@@ -145,7 +167,8 @@ def _of_kind(asked: Asked, k: int) -> str | None:
     if why is None and asked.alone and (primary or not asked.closes_well):
         why = rules.leaves_elsewhere(asked, k)
     if why is None and asked.alone and primary:
-        why = rules.leaves_crossed(asked, k) or rules.brings(asked, k) or rules.is_for_another_axis(asked, k)
+        others = rules.leaves_crossed, rules.brings, rules.leaves_own, rules.is_for_another_axis
+        why = next(filter(None, (rule(asked, k) for rule in others)), None)
     return why
 
 

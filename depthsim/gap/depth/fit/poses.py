@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.data.registration import register
+from depthsim.gap.depth.fit.agreement import leaves_biases
+from depthsim.gap.depth.fit.select import Selection
+from depthsim.gap.depth.fit.validate import Validator, closed_error
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.effects.pose_noise import PoseNoise
 
@@ -71,3 +74,20 @@ def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
 def without_errors(effects: Sequence[Effect]) -> tuple[Effect, ...]:
     """A sensor at poses that are right."""
     return tuple(effect for effect in effects if not isinstance(effect, PoseNoise))
+
+
+def matter(recorded: Validator, registered: Validator, selection: Selection) -> bool:
+    """Whether the poses' errors make more of a gap, beside the other causes, than a faint one, and surely or much."""
+    model, runs, start = selection.model, registered.config.runs, (recorded, recorded.evidence.base)
+    with_errors = model.build(recorded.evidence.base)
+    right = model.build(registered.evidence.base)
+    score = registered.score(right)
+    closed = recorded.quick(with_errors, runs) - score.gap
+    if closed <= registered.config.faint * score.floor or leaves_biases((recorded, with_errors), (registered, right)):
+        return False
+    share = closed / max(recorded.score(start[1]).gap - score.floor, 1e-12)
+    limit = registered.evidence.config.select
+    if not model.parts:  # the only cause must close as much as any other one
+        return share >= limit.first
+    much = limit.further
+    return share >= much or share > closed_error(start, (recorded, with_errors), (registered, right))

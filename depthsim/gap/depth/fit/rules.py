@@ -309,6 +309,26 @@ def not_itself(asked: Asked) -> str | None:
     return None
 
 
+def leaves_own(asked: Asked, k: int) -> str | None:
+    """Whether an effect with many parameters leaves much along the axis that it is known by.
+
+    Whatever its formula, it follows what changes there. What changes along another axis it follows as well, at the cost
+    of its own: light from above for noise that grows with the height.
+    """
+    limit, gap, left, does = asked.limit, asked.gap, asked.left, asked.does
+    if not asked.flexible or gap.whole[k] < limit.acts * gap.whole[ALL]:
+        return None
+    axes = asked.validator.evidence.axes
+    own = [n for n, axis in enumerate(axes) if (axis.name,) == asked.effect.axes[:1] and axis.kind == histograms.ERROR]
+    if not own:
+        return None
+    axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
+    if gap.varies[k, axis] <= max(limit.uniform * gap.whole[k], limit.sure * gap.chance[k, axis]):
+        return None
+    share = float(left.varies[k, axis] / gap.varies[k, axis])
+    return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > limit.left_of_own else None
+
+
 def of_pairs(asked: Asked) -> str | None:
     """Whether an effect that makes errors go together leaves too much of how they do."""
     left = left_of_pairs(asked)

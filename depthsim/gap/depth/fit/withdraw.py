@@ -1,0 +1,134 @@
+"""Causes that are withdrawn after the selection, by frames that it has not seen or by the gap as a whole."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from depthsim.gap.depth.data.pose_errors import PoseErrors
+from depthsim.gap.depth.fit.agreement import left_of_change, makes_steps
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.select import Selection
+from depthsim.gap.depth.fit.shapley import credit
+from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
+from depthsim.gap.diagnosis import Cut, Nearest
+from depthsim.gap.selection import Refused
+from depthsim.sensor.effect import effect_class
+from depthsim.sensor.effects.extrinsics import ExtrinsicRotation
+
+_PLACES = {"image_position", "surface"}
+_NEIGHBOURS = {"pixel_neighbours", "frame_neighbours"}
+
+
+def unsupported(validator: Validator, selecting: Validator, selection: Selection) -> Selection:
+    """Without the causes that the frames that are reported on do not support.
+
+    Without them no more is left there, or what they close is unknown by more than the whole gap.
+    """
+    base = validator.evidence.base
+    start, full = (validator, base), (validator, selection.model.build(base))
+    limit = validator.config.unknown
+    for number in reversed(range(len(selection.model.parts))):
+        less = validator, selection.model.less(number).build(base)
+        if validator.quick(less[1]) > validator.quick(full[1]) and closed_error(start, less, full) <= limit:
+            continue
+        why = "closes something on some frames, and on others nothing, or the opposite"
+        selection = _less(selecting, selection, number, why)
+    return selection
+
+
+def left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selection, gap: float) -> Selection:
+    """Without what registered frames leave of the poses' errors. gap: with these, 0 where they are no cause.
+
+    A turn of the mount that is no more than what random errors leave on average, and what closes next to nothing of it.
+    """
+    limit = selecting.evidence.config.select.beside_poses
+    for number, part in reversed([*enumerate(selection.model.parts)]):
+        angles = list(selection.model.parameters(number).values())
+        if part.effect == ExtrinsicRotation.id and np.linalg.norm(angles) < errors.turn_by_chance:
+            why = "turns the mount by no more than the poses' errors leave on average"
+        elif _closes(selecting, selection, number) < limit * gap and not _makes_steps(selecting, selection, number):
+            why = "closes no more than what registering leaves of the poses' errors"
+        else:
+            continue
+        selection = _less(selecting, selection, number, why)
+    return selection
+
+
+def acting_elsewhere(
+    validator: Validator, selection: Selection, before: Score, closed: float, where: Sequence[Cut]
+) -> Selection:
+    """Without any cause, where none acts along the axis on which the gap lies first, and much of it is left there.
+
+    before, where: how large the gap is and where it lies; closed: the share that the causes close.
+    """
+    first = _first(where, selection)
+    if first is None or not _acts_elsewhere(selection, first) or not _is_left(validator, selection, first, closed):
+        return selection
+    return _refused(validator, selection, before, first.axis)
+
+
+def _closes(selecting: Validator, selection: Selection, number: int) -> float:
+    """What one cause closes on top of the others."""
+    model, base = selection.model, selecting.evidence.base
+    return selecting.quick(model.less(number).build(base)) - selecting.quick(model.build(base))
+
+
+def _makes_steps(selecting: Validator, selection: Selection, number: int) -> bool:
+    """Whether one cause puts the disparities on the recording's steps, which no other error does."""
+    model, base = selection.model, selecting.evidence.base
+    effect = effect_class(model.parts[number].effect)
+    return makes_steps(selecting, effect, model.less(number).build(base), model.build(base))
+
+
+def _less(selecting: Validator, selection: Selection, number: int, why: str) -> Selection:
+    """The selection without one of its causes, which is kept as what comes near."""
+    whole = max(selecting.quick(selecting.evidence.base), 1e-12)
+    share = _closes(selecting, selection, number) / whole
+    near = Nearest(effect=selection.model.parts[number].effect, closed_fraction=share, why_not=why)
+    return replace(selection, model=selection.model.less(number), nearest=(*selection.nearest, near))
+
+
+def _acts_elsewhere(selection: Selection, first: Cut) -> bool:
+    """Whether no cause acts along the axis on which the gap lies first.
+
+    Tails do not count: they are in few pixels, and most of what these change elsewhere is chance. What makes neighbours
+    go together also changes how successive frames do.
+    """
+    causes = [effect_class(part.effect) for part in selection.model.parts]
+    along, kinds = first.names, {"tail", first.what} & {"tail", "correlation"}
+    # Biases are in units of the simulator's spread, of which each material has its own.
+    if first.what == "bias" and "material" in along:
+        along |= {"range"}
+    return bool(causes) and not any(along & set(one.axes) or one.kinds[0] in kinds for one in causes)
+
+
+def _first(where: Sequence[Cut], selection: Selection) -> Cut | None:
+    """Where the gap lies first, but for places: where the camera hardly moves, whatever is in a scene has one.
+
+    Unless a cause is known by them. Where the camera stands still every axis is one of places. That holes go together
+    says what they are, and not where.
+    """
+    known_by = {name for part in selection.model.parts for name in effect_class(part.effect).axes[:1]}
+    of_holes = [cut for cut in where if cut.what == "missing" and cut.axis in _NEIGHBOURS]
+    anywhere = (cut for cut in where if not _PLACES - known_by & cut.names and cut not in of_holes)
+    return next(anywhere, where[0] if where else None)
+
+
+def _is_left(validator: Validator, selection: Selection, first: Cut, closed: float) -> bool:
+    """Whether the causes leave so much that they had to act where the gap lies first."""
+    limit, base = validator.evidence.config.agreement, validator.evidence.base
+    if closed < limit.nearly_all:
+        return True
+    return left_of_change(validator, first.axis, first.what, base, selection.model.build(base)) > limit.near_floor
+
+
+def _refused(validator: Validator, selection: Selection, before: Score, first: str) -> Selection:
+    """No cause, and those that were as what comes near. first: the axis along which none of them acts."""
+    base, why = validator.evidence.base, f"does not act along {first.replace('_', ' ')}, on which the gap lies first"
+    shares = credit(validator, base, selection.model)
+    refused = Refused({near.effect: near for near in selection.nearest})
+    for part, share in zip(selection.model.parts, shares, strict=True):
+        refused.refuse(part.effect, share / max(before.above, 1e-12), why)
+    nearest = refused.nearest((), validator.evidence.config.select)
+    return replace(selection, model=Model((), np.empty(0)), nearest=nearest, ties={})
