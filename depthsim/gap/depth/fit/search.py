@@ -123,6 +123,21 @@ class Search:
         first = plainest(found, lambda trial: trial.gap, lambda trial: len(trial.newest.free), margin)
         return sorted(found, key=lambda trial: trial is not first)
 
+    def in_other_form(self, so_far: Model | None, trial: Trial) -> Trial | None:
+        """An effect with many parameters in the form that closes more than that of ``trial``, if one does.
+
+        The first look at the bank is on few frames, and takes one form only.
+        """
+        newest = trial.newest
+        if not self.is_flexible(newest):
+            return None
+        alike = [c for c in self.bank if c.effect == newest.effect and c.replaces == newest.replaces and c != newest]
+        base = so_far.build(self.base) if so_far else self.base
+        begun = [self.begin(candidate, base) for candidate in alike]
+        trials = [self.validated(self.fit(so_far.plus(one) if so_far else one, 4)) for one in begun]
+        best = min(trials, key=lambda other: other.gap, default=trial)
+        return best if best.gap < trial.gap else None
+
     def _leading(self, screened: Sequence[Model], base: Sequence[Effect]) -> list[Model]:
         """The leaders, of which not all make one kind of error, and whatever may make the recording's steps.
 

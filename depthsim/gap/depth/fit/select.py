@@ -200,13 +200,18 @@ def _leaders(search: Search, chain: _Chain) -> list[Trial]:
 def _first_supported(search: Search, chain: _Chain, leaders: Sequence[Trial]) -> Trial | None:
     """The leader that closes most of those that close enough and act where the gap lies."""
     left = sorted(leaders, key=lambda trial: (trial is not leaders[0], trial.gap))
-    for best in left[:]:
+    asked = left[:]
+    while asked:
+        best = asked.pop(0)
         if not _closes_enough(search, chain, best, left):
             continue
         why = search.disagreement(best.model, len(best.model.parts) - 1)
         if why is None:
             return best
         left.remove(best)
+        if (other := search.in_other_form(chain.model, best)) is not None:
+            left, asked = [other, *left], [other, *asked]
+            continue
         chain.refuse(best.newest.effect, (chain.gap - best.gap) / search.whole, why)
         search.say(f"{best.newest.effect} is no cause: it {why}")
     return None
