@@ -230,6 +230,10 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
     if _is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
         return False
+    by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
+    # With so many parameters it takes up what the formulas of others leave.
+    if (by_material or search.is_flexible(trial.newest)) and gained < limit.further * search.whole:
+        return False
     faint = search.config.significance.faint * chain.score.floor
     if closes_enough(gained, left, search.whole, faint, limit):
         return True

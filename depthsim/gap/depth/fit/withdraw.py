@@ -96,6 +96,8 @@ def _acts_elsewhere(selection: Selection, first: Cut) -> bool:
     go together also changes how successive frames do.
     """
     causes = [effect_class(part.effect) for part in selection.model.parts]
+    if first.what == "tail" and any("tail" in one.kinds for one in causes):
+        return False
     along, kinds = first.names, {"tail", first.what} & {"tail", "correlation"}
     # Biases are in units of the simulator's spread, of which each material has its own.
     if first.what == "bias" and "material" in along:
