@@ -23,6 +23,7 @@ from depthsim.gap.depth.fit.agreement import leaves_biases
 from depthsim.gap.depth.fit.alignment import select_aligned
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
+from depthsim.gap.depth.fit.finer import with_fine_pattern
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.pattern import learn_pattern
 from depthsim.gap.depth.fit.poses import LATE, register_frames
@@ -158,6 +159,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     selection = _which(selecting, without, errors, say)
     if validator is not selecting:
         selection = _seen_again(validator, selecting, selection)
+    selection = with_fine_pattern(selecting, selection, say)
     is_cause = poses is not None and not poses.are_as_held and _matter(recorded, validator, selection)
     if not is_cause and recorded is not validator:
         recorded, before = validator, validator.score(evidence.base)
