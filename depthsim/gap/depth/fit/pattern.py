@@ -3,8 +3,11 @@
 What a pixel's disparity is off by, averaged over frames, holds the pattern and noise. What the averages of two parts
 of the frames have in common is the pattern alone: its variance, and the lag at which its correlation is a half. These
 two make it a Gaussian process, of which the averages are noisy values; the grid is its posterior mean (kriging), which
-is shrunk to 0 where the averages say little. Whatever a turned mount, a scale or an offset explains as well is left to
-them.
+is shrunk to 0 where the averages say little.
+
+As long as other causes are not known the pattern is a smooth one, and whatever a turned mount, a scale or an offset
+explains as well is left to them. Beside known causes it is all that they leave, and as fine as one half of the frames
+says of the other.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -103,7 +106,7 @@ def learn(run: Run, caster: Caster, frames: Iterable[int] | None = None) -> Patt
     for index in some:
         look.load(index)
     look.cut_disparities(some)
-    cells = _Cells(run.camera, look.stride, look.camera.shape)
+    cells = _Cells(run.camera, look.stride, look.camera.shape, look.stride // 2 - look.stride / 2)
     return _Learner(cells, [_of_scene(look, cells, index) for index in some]).learned()
 
 
@@ -131,11 +134,11 @@ Seen = tuple[Floats, Floats, NDArray[np.intp]]
 class _Cells:
     """Squares of stride px of the left imager's picture, which has the pattern, of an aligned camera too.
 
-    shape: how many, down and across.
+    shape: how many, down and across. begin: of the first one [px], where 0 is the middle of the first pixel.
     """
 
-    def __init__(self, camera: Camera, stride: int, shape: tuple[int, int] | None = None) -> None:
-        self.camera, self.left, self.stride = camera, camera.left, stride
+    def __init__(self, camera: Camera, stride: int, shape: tuple[int, int] | None = None, begin: float = -0.5) -> None:
+        self.camera, self.left, self.stride, self.begin = camera, camera.left, stride, begin
         height, width = (max(n // stride, 1) for n in self.left.shape)
         self.shape = (height, width) if camera.aligned or shape is None else shape
 
@@ -145,8 +148,8 @@ class _Cells:
         to = np.linalg.inv(self.camera.left_pose)
         point = to[:3, :3] @ np.stack([x * z, y * z, z]) + to[:3, 3:]
         x, y = distort(point[0] / point[2], point[1] / point[2], self.left.distortion)
-        at = (np.stack([y * self.left.fy + self.left.cy, x * self.left.fx + self.left.cx]) + 0.5) // self.stride
-        v, u = (np.clip(part, 0, n - 1).astype(np.intp) for part, n in zip(at, self.shape, strict=True))
+        at = np.stack([y * self.left.fy + self.left.cy, x * self.left.fx + self.left.cx]) - self.begin
+        v, u = (np.clip(part // self.stride, 0, n - 1).astype(np.intp) for part, n in zip(at, self.shape, strict=True))
         return np.asarray(v * self.shape[1] + u)
 
 
@@ -179,11 +182,8 @@ def _beside(evidence: Evidence, others: Sequence[Effect], cells: _Cells, block: 
     if biased:
         bias = [off - plain for off, plain in zip(disparities([*same, *biased]), disparities(same), strict=True)]
     for index, its_bias in zip(frames, bias, strict=True):
-        measured, clean, mask = (
-            evidence.run.depth(index),
-            evidence.frames[index].geometry.depth,
-            evidence.trusted(index),
-        )
+        measured, clean = evidence.run.depth(index), evidence.frames[index].geometry.depth
+        mask = evidence.trusted(index)
         use = (measured > 0) & (clean > 0) & np.isfinite(its_bias) & (np.True_ if mask is None else mask != 0)
         z = measured[use].astype(np.float64)
         error = fb / z - fb / clean[use] - its_bias[use]
@@ -220,10 +220,11 @@ class _Law:
 
 
 class _Learner:
-    """large: [px] what a fine pattern may have, however rare; without it the pattern is a smooth one."""
+    """large: [px] up to this a bias is a fine pattern's, however rare it is; None for a smooth pattern."""
 
     def __init__(self, cells: _Cells, seen: Sequence[Seen], large: float | None = None) -> None:
-        self.cells, self.shape, self.seen, self.large, self.fine = cells, cells.shape, seen, large or 0, bool(large)
+        self.cells, self.shape, self.seen, self.large = cells, cells.shape, seen, large or 0.0
+        self.fine = large is not None
         self.beta: Floats
         self.center: Floats
         self.priors = _PRIORS[: seen[0][1].shape[1]] if seen else _PRIORS
