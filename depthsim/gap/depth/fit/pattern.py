@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from depthsim.camera import Camera, distort
 from depthsim.draws import Seed
@@ -42,6 +43,10 @@ _SMOOTH, _FINE = (2, 768), (4, 3000)
 across and few down."""
 _CELLS = 80_000
 """Of the picture, about, at which a fine pattern is looked at."""
+_AROUND = 25
+"""[px] The rows and columns over which doubled ones even out, a few times as many as they repeat themselves after."""
+_AT_EDGE = 1.0
+"""[px] What is off by more is no doubled row of a surface."""
 _LESS_NOISE = 4.0 ** -np.arange(6)
 """Of the noise: with so much a fine pattern is learned."""
 _MOST_STEPS, _ENOUGH = 500, 1e-4
@@ -166,8 +171,8 @@ def _of_scene(look: Look, cells: _Cells, index: int) -> Seen:
 def _beside(evidence: Evidence, others: Sequence[Effect], cells: _Cells, block: int) -> Iterator[Seen]:
     """What the frames of a block are off by from what a sensor with ``others`` shows, the mean of each cell.
 
-    That is the scene and the biases that they make. These are of two simulations whose pictures are resampled alike:
-    which rows an alignment doubles is known too roughly to tell them from a pattern row by row.
+    That is the scene and the biases that they make. Which rows an alignment doubles is known too roughly to tell them
+    from a pattern row by row: its own bias is the mean over some rows, theirs is of pictures that are resampled alike.
     """
     same = [effect for effect in others if effect.resizes()]
     biased = [e for e in others if "bias" in e.kinds and not isinstance(e, FixedPattern | PoseNoise) and e not in same]
@@ -178,18 +183,28 @@ def _beside(evidence: Evidence, others: Sequence[Effect], cells: _Cells, block: 
         return [np.where(one > 0, fb / (np.maximum(one, 1) * unit), np.nan) for one in pictures]
 
     frames = [int(index) for index in evidence.blocks[block]]
-    bias = [np.zeros(evidence.camera.shape)] * len(frames)
-    if biased:
-        bias = [off - plain for off, plain in zip(disparities([*same, *biased]), disparities(same), strict=True)]
-    for index, its_bias in zip(frames, bias, strict=True):
+    plain = disparities(same) if same or biased else [None] * len(frames)
+    shown = disparities([*same, *biased]) if biased else plain
+    for index, alike, off in zip(frames, plain, shown, strict=True):
         measured, clean = evidence.run.depth(index), evidence.frames[index].geometry.depth
         mask = evidence.trusted(index)
-        use = (measured > 0) & (clean > 0) & np.isfinite(its_bias) & (np.True_ if mask is None else mask != 0)
+        true = np.where(clean > 0, fb / np.maximum(clean, 1e-6), np.nan)
+        bias = (
+            _mean_around(alike - true) + off - alike if alike is not None and off is not None else np.zeros_like(true)
+        )
+        use = (measured > 0) & np.isfinite(true + bias) & (np.True_ if mask is None else mask != 0)
         z = measured[use].astype(np.float64)
-        error = fb / z - fb / clean[use] - its_bias[use]
+        error = fb / z - true[use] - bias[use]
         place, numbers = np.unique(cells.at(cells.camera.rays[:, use].astype(np.float64), z), return_inverse=True)
         mean = np.bincount(numbers, error) / np.bincount(numbers)
         yield mean, np.empty((len(mean), 0)), place
+
+
+def _mean_around(bias: Floats) -> Floats:
+    """The mean of what is known, and not at an edge, over some rows and columns on each side."""
+    known = np.abs(bias) < _AT_EDGE
+    sums = (ndimage.uniform_filter(part.astype(float), _AROUND) for part in (np.where(known, bias, 0), known))
+    return np.asarray(next(sums) / np.maximum(next(sums), 1 / _AROUND**2))
 
 
 @dataclass
