@@ -94,6 +94,9 @@ class DepthFit(Section):
     least_gain: float = _value(0.004, "of the loss: a round that takes off no more is the last")
     refined_rounds: int = _count(6, "in which the selected causes are refined at the end")
     refined_gain: float = _value(1e-4, "of the loss: the same for these rounds")
+    calibrated: float = _value(
+        1.0, "[px] that a camera is off by at most, as long as it is calibrated: so much is its fixed pattern's"
+    )
     range_step: float = _value(0.08, "of the spread of the ranges in sight: a change of a range that matters")
     runs: int = _count(
         4, "simulated to validate a fit: by one, a cause that closes a few per cent of the floor is luck"

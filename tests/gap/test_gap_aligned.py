@@ -19,7 +19,7 @@ from depthsim.gap.depth.fit.alignment import select_aligned
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.optimize import Model, best_neighbour
-from depthsim.gap.depth.fit.pattern import learn
+from depthsim.gap.depth.fit.pattern import learn, learn_fine
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.presets import preset
@@ -253,3 +253,8 @@ def test_a_fixed_pattern_is_learned_where_the_left_imager_has_it(tmp_path: Path)
     seen = (slice(40, 80), slice(45, 110))  # of the left imager's picture, by the colour camera
     true, learned = (picture(np.array(one), camera.shape)[seen] for one in (grid, found.grid))
     assert not found.is_none and np.corrcoef(true.ravel(), learned.ravel())[0, 1] > 0.8
+    # Of one that does not say where its left imager is, the alignment that was found does.
+    evidence = unsaid(run.path, effects[:1])
+    fine = learn_fine(evidence, (*evidence.base, AlignToColor(zoom=ZOOM)))
+    assert fine is not None
+    assert np.corrcoef(true.ravel(), picture(fine.grid, camera.shape)[seen].ravel())[0, 1] > 0.9

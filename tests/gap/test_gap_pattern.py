@@ -1,21 +1,31 @@
 """A bias that is locked to the pixel, learned from a recording: of other formulas than the effect's."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from recordings import ROOM_CAMERA, make_room_run
+from scipy import ndimage
 from shapes import Array
 
+from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.registration import register
-from depthsim.gap.depth.fit.pattern import Pattern, learn
+from depthsim.gap.depth.fit.candidates import candidates, setting_of
+from depthsim.gap.depth.fit.finer import with_fine_pattern
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.pattern import Pattern, learn, learn_fine
+from depthsim.gap.depth.fit.select import Selection
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.materials import load_materials
 from depthsim.raycast import Caster
 from depthsim.runs import Run
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Sensor
-from depthsim.sensor.effects.fixed_pattern import picture
+from depthsim.sensor.effects.calibration import DisparityOffset
+from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture
+from depthsim.sensor.effects.noise import DisparityNoise
 
 HEIGHT, WIDTH = ROOM_CAMERA.shape
 FOCAL_BASELINE = ROOM_CAMERA.focal_baseline
@@ -48,15 +58,16 @@ class Off(Run):
     noise: float = 0.03
     memory: float = 0.0
 
-    def depth(self, index: int) -> Any:
-        """Depth [m]."""
-        z = super().depth(index).astype(float)
+    def depth_raw(self, index: int) -> Any:
+        """Depth as on disk."""
+        z = super().depth_raw(index) * self.camera.depth_scale
         noise = np.zeros(z.shape)
         for k in range(12):
             weight = self.memory**k * np.sqrt(1 - self.memory**2)
             noise += weight * np.random.default_rng([7, index - k + 50]).normal(0, self.noise, z.shape)
         d = FOCAL_BASELINE / np.maximum(z, 1e-3) + noise + (0 if self.bias is None else self.bias)
-        return np.where((z > 0) & (d > 0.05), FOCAL_BASELINE / np.maximum(d, 0.05), 0).astype(np.float32)
+        far = FOCAL_BASELINE / np.maximum(d, 0.1) / self.camera.depth_scale
+        return np.where((z > 0) & (d > 0.1), far.round(), 0).astype(np.uint16)
 
 
 @pytest.fixture(scope="module")
@@ -96,6 +107,68 @@ def test_a_pattern_of_another_formula_is_learned(make: Any, clean: Run, caster: 
     # All that there is to be removed, where it was not learned.
     share = b.var() / (b.var() + 0.03**2)
     assert found.removed == pytest.approx(share, abs=0.06) and not found.is_none
+
+
+def evidence_of(run: Run, caster: Caster) -> Evidence:
+    return Evidence(run, caster.scene, load_materials(), (DisparityNoise(sigma=0.03),), 1)
+
+
+def fine_bias() -> Array:
+    """Correlated by a half at 2.5 px: knots 5 px apart would lose most of it."""
+    bias = ndimage.gaussian_filter(np.random.default_rng(5).normal(size=(HEIGHT, WIDTH)), 1.5)
+    return np.asarray(0.1 * bias / bias.std())
+
+
+@pytest.fixture(scope="module")
+def fine(clean: Run, caster: Caster) -> Evidence:
+    return evidence_of(off(clean, bias=fine_bias()), caster)
+
+
+def test_beside_known_causes_a_pattern_is_as_fine_as_it_is(fine: Evidence, caster: Caster) -> None:
+    found = learn_fine(fine, fine.base)
+    assert found is not None
+    smooth = learn(fine.run, caster)
+    rough, same = (np.corrcoef(shape_of(one).ravel(), fine_bias().ravel())[0, 1] for one in (smooth, found))
+    assert same > 0.9 > rough and found.removed > smooth.removed + 0.1
+
+
+def test_what_another_cause_does_is_not_the_patterns(clean: Run, caster: Caster) -> None:
+    evidence = evidence_of(off(clean, bias=bumps() + 0.2), caster)
+    offset = [learn_fine(evidence, others) for others in (evidence.base, (*evidence.base, DisparityOffset(offset=0.2)))]
+    with_it, without = (shape_of(one) for one in offset if one is not None)
+    assert (with_it - without).mean() == pytest.approx(0.2, abs=0.02)
+    assert np.corrcoef(without.ravel(), bumps().ravel())[0, 1] > 0.95
+
+
+def test_a_thing_that_stays_is_in_a_fine_pattern(clean: Run, caster: Caster) -> None:
+    """One that the scene does not have: nearer by 0.8 px, in the lower right corner."""
+    thing = np.zeros((HEIGHT, WIDTH))
+    thing[90:, 120:] = 0.8
+    evidence = evidence_of(off(clean, bias=bumps() / 4 + thing), caster)
+    found = learn_fine(evidence, evidence.base)
+    assert found is not None and shape_of(found)[95:, 125:].mean() == pytest.approx(0.8, rel=0.1)
+
+
+def test_noise_has_no_fine_pattern(clean: Run, caster: Caster) -> None:
+    evidence = evidence_of(off(clean, memory=0.7), caster)
+    assert learn_fine(evidence, evidence.base) is None
+
+
+def test_the_causes_stay_with_a_finer_pattern(fine: Evidence, caster: Caster) -> None:
+    setting = setting_of(fine, {FixedPattern.id: learn(fine.run, caster).effect().model_dump()})
+    (one,) = (one for one in candidates(fine.base, setting) if one.effect == FixedPattern.id)
+    validator = Validator(fine, fine.test)
+    smooth = Selection(Model((one,), one.encode(one.starts[0])), {}, (), ())
+    finer = with_fine_pattern(validator, smooth, print)
+    before, after = (validator.quick(found.model.build(fine.base)) for found in (smooth, finer))
+    assert [part.effect for part in finer.model.parts] == [FixedPattern.id] and after < 0.8 * before
+    # What is nearer to the frames already is kept.
+    true = tuple(map(tuple, fine_bias().tolist()))
+    known = replace(one, fixed={**one.fixed, "grid": true})
+    best = replace(smooth, model=Model((known,), known.encode((0.1,))))
+    assert with_fine_pattern(validator, best, print) is best
+    none = replace(smooth, model=Model((), np.empty(0)))
+    assert with_fine_pattern(validator, none, print) is none
 
 
 def test_the_effect_is_what_was_learned(clean: Run, caster: Caster) -> None:

@@ -21,6 +21,7 @@ from depthsim.gap.depth.fit import withdraw
 from depthsim.gap.depth.fit.alignment import select_aligned
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
+from depthsim.gap.depth.fit.finer import with_fine_pattern
 from depthsim.gap.depth.fit.pattern import learn_pattern
 from depthsim.gap.depth.fit.poses import LATE, matter, register_frames
 from depthsim.gap.depth.fit.select import Selection, select
@@ -152,6 +153,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     selection = _which(selecting, without, errors, say)
     if validator is not selecting:
         selection = withdraw.unsupported(validator, selecting, selection)
+    selection = with_fine_pattern(selecting, selection, say)
     is_cause = poses is not None and not poses.are_as_held and matter(recorded, validator, selection)
     if poses is not None:
         selection = withdraw.left_by_poses(poses.errors, selecting, selection, before.above if is_cause else 0.0)

@@ -3,22 +3,30 @@
 What a pixel's disparity is off by, averaged over frames, holds the pattern and noise. What the averages of two parts
 of the frames have in common is the pattern alone: its variance, and the lag at which its correlation is a half. These
 two make it a Gaussian process, of which the averages are noisy values; the grid is its posterior mean (kriging), which
-is shrunk to 0 where the averages say little. Whatever a turned mount, a scale or an offset explains as well is left to
-them.
+is shrunk to 0 where the averages say little.
+
+As long as other causes are not known the pattern is a smooth one, and whatever a turned mount, a scale or an offset
+explains as well is left to them. Beside known causes it is all that they leave, and as fine as one half of the frames
+says of the other.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
-from depthsim.camera import distort
+from depthsim.camera import Camera, distort
+from depthsim.draws import Seed
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.rigid import Floats, Frame, Look
+from depthsim.gap.depth.data.rigid import Floats, Look
 from depthsim.raycast import Caster
 from depthsim.runs import Run
+from depthsim.sensor.effect import Effect
 from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture, spline
+from depthsim.sensor.effects.pose_noise import PoseNoise
+from depthsim.sensor.pipeline import camera_for
 
 _SAMPLES = 20_000
 """Pixels that are looked at in a frame, about."""
@@ -30,8 +38,21 @@ _TUKEY = 4.685
 _FAR = 12.0
 """Of the median size of the pixels' biases: eight standard deviations, if they were normal."""
 _LEAST_NOISE = 0.005
-_MOST_KNOTS = 768
-"""In all: columns that differ and rows that do not want many across and few down."""
+_SMOOTH, _FINE = (2, 768), (4, 3000)
+"""Knots within the lag of half correlation, and at most in all: columns that differ and rows that do not want many
+across and few down."""
+_CELLS = 80_000
+"""Of the picture, about, at which a fine pattern is looked at."""
+_AROUND = 25
+"""[px] The rows and columns over which doubled ones even out, a few times as many as they repeat themselves after."""
+_AT_EDGE = 1.0
+"""[px] What is off by more is no doubled row of a surface."""
+_LESS_NOISE = 4.0 ** -np.arange(6)
+"""Of the noise: with so much a fine pattern is learned."""
+_MOST_STEPS, _ENOUGH = 500, 1e-4
+"""Of conjugate gradients, and what they leave, relative."""
+_PRIORS = np.array([0.1] * 6 + [2.0, 0.1])
+"""How large a turn [rad], a shift [m], an offset [px] and a scale may be."""
 _SURE = 3.0
 """A pattern removes this many standard errors of what it removes, or there is none."""
 _FAINT = 0.01
@@ -86,7 +107,104 @@ def learn(run: Run, caster: Caster, frames: Iterable[int] | None = None) -> Patt
     """
     every = sorted(set(range(len(run)) if frames is None else frames))
     some = [every[k] for k in np.unique(np.linspace(0, len(every) - 1, _MOST_FRAMES).round().astype(int))]
-    return _Learner(run, caster, some).learned()
+    look = Look.at(run, caster, _SAMPLES)
+    for index in some:
+        look.load(index)
+    look.cut_disparities(some)
+    cells = _Cells(run.camera, look.stride, look.camera.shape, look.stride // 2 - look.stride / 2)
+    return _Learner(cells, [_of_scene(look, cells, index) for index in some]).learned()
+
+
+def learn_fine(evidence: Evidence, others: Sequence[Effect]) -> Pattern | None:
+    """The pattern of the frames for fitting beside ``others``, the effects that are known, as fine as they show it."""
+    if evidence.rows < evidence.camera.height:  # elsewhere nothing would be known of it
+        return None
+    camera = evidence.camera
+    for effect in others:
+        if effect.moves_camera and not camera.aligned:
+            camera = effect.stored(camera_for(camera, [effect]))
+    stride = max(1, round(np.sqrt(camera.left.width * camera.left.height / _CELLS)))
+    cells = _Cells(camera, stride)
+    seen = [one for block in evidence.train for one in _beside(evidence, others, cells, block)]
+    if len(seen) < _LEAST_FRAMES:
+        return None
+    found = _Learner(cells, seen, evidence.config.fit.calibrated).learned()
+    return None if found.is_none else found
+
+
+Seen = tuple[Floats, Floats, NDArray[np.intp]]
+"""Of a frame's samples: what each is off by [px], what a turn, a shift, an offset and a scale do to it, its cell."""
+
+
+class _Cells:
+    """Squares of stride px of the left imager's picture, which has the pattern, of an aligned camera too.
+
+    shape: how many, down and across. begin: of the first one [px], where 0 is the middle of the first pixel.
+    """
+
+    def __init__(self, camera: Camera, stride: int, shape: tuple[int, int] | None = None, begin: float = -0.5) -> None:
+        self.camera, self.left, self.stride, self.begin = camera, camera.left, stride, begin
+        height, width = (max(n // stride, 1) for n in self.left.shape)
+        self.shape = (height, width) if camera.aligned or shape is None else shape
+
+    def at(self, rays: Floats, z: Floats) -> NDArray[np.intp]:
+        """(points,) the cells of points of the camera. rays: (2, points) at z = 1; z: [m]."""
+        x, y = rays
+        to = np.linalg.inv(self.camera.left_pose)
+        point = to[:3, :3] @ np.stack([x * z, y * z, z]) + to[:3, 3:]
+        x, y = distort(point[0] / point[2], point[1] / point[2], self.left.distortion)
+        at = np.stack([y * self.left.fy + self.left.cy, x * self.left.fx + self.left.cx]) - self.begin
+        v, u = (np.clip(part // self.stride, 0, n - 1).astype(np.intp) for part, n in zip(at, self.shape, strict=True))
+        return np.asarray(v * self.shape[1] + u)
+
+
+def _of_scene(look: Look, cells: _Cells, index: int) -> Seen:
+    """What a frame is off by from the scene."""
+    frame = look.frame(index, look.run.poses[index], np.zeros(6))
+    place = frame.place
+    if cells.camera.aligned:
+        rays = look.rays.reshape(2, -1)[:, place].astype(np.float64)
+        place = cells.at(rays, cells.camera.focal_baseline / frame.disparity)
+    return frame.residual, np.column_stack([frame.rigid, np.ones_like(frame.disparity), frame.disparity]), place
+
+
+def _beside(evidence: Evidence, others: Sequence[Effect], cells: _Cells, block: int) -> Iterator[Seen]:
+    """What the frames of a block are off by from what a sensor with ``others`` shows, the mean of each cell.
+
+    That is the scene and the biases that they make. Which rows an alignment doubles is known too roughly to tell them
+    from a pattern row by row: its own bias is the mean over some rows, theirs is of pictures that are resampled alike.
+    """
+    same = [effect for effect in others if effect.resizes()]
+    biased = [e for e in others if "bias" in e.kinds and not isinstance(e, FixedPattern | PoseNoise) and e not in same]
+    fb, unit = cells.camera.focal_baseline, evidence.camera.depth_scale
+
+    def disparities(effects: Sequence[Effect]) -> list[Floats]:
+        pictures = evidence.pictures(effects, block, Seed("pattern"))
+        return [np.where(one > 0, fb / (np.maximum(one, 1) * unit), np.nan) for one in pictures]
+
+    frames = [int(index) for index in evidence.blocks[block]]
+    plain = disparities(same) if same or biased else [None] * len(frames)
+    shown = disparities([*same, *biased]) if biased else plain
+    for index, alike, off in zip(frames, plain, shown, strict=True):
+        measured, clean = evidence.run.depth(index), evidence.frames[index].geometry.depth
+        mask = evidence.trusted(index)
+        true = np.where(clean > 0, fb / np.maximum(clean, 1e-6), np.nan)
+        bias = (
+            _mean_around(alike - true) + off - alike if alike is not None and off is not None else np.zeros_like(true)
+        )
+        use = (measured > 0) & np.isfinite(true + bias) & (np.True_ if mask is None else mask != 0)
+        z = measured[use].astype(np.float64)
+        error = fb / z - true[use] - bias[use]
+        place, numbers = np.unique(cells.at(cells.camera.rays[:, use].astype(np.float64), z), return_inverse=True)
+        mean = np.bincount(numbers, error) / np.bincount(numbers)
+        yield mean, np.empty((len(mean), 0)), place
+
+
+def _mean_around(bias: Floats) -> Floats:
+    """The mean of what is known, and not at an edge, over some rows and columns on each side."""
+    known = np.abs(bias) < _AT_EDGE
+    sums = (ndimage.uniform_filter(part.astype(float), _AROUND) for part in (np.where(known, bias, 0), known))
+    return np.asarray(next(sums) / np.maximum(next(sums), 1 / _AROUND**2))
 
 
 @dataclass
@@ -105,61 +223,49 @@ class _Sums:
         return float(self.square.sum() - 2 * (self.error * pattern).sum() + (self.weight * pattern**2).sum())
 
 
+@dataclass(frozen=True)
+class _Law:
+    """found: root mean square of the pattern [px]; size: the lags at which its correlation is a half, down and across
+    [samples]; noise: [px²] its variance per frame, times the pixels over which it is correlated.
+    """
+
+    found: float
+    size: Floats
+    noise: float
+
+
 class _Learner:
-    def __init__(self, run: Run, caster: Caster, frames: Sequence[int]) -> None:
-        self.look = Look.at(run, caster, _SAMPLES)
-        for index in frames:
-            self.look.load(index)
-        self.look.cut_disparities(list(frames))
-        self.left = run.camera.left  # whose pictures have the pattern, of an aligned camera too
-        height, width = (max(n // self.look.stride, 1) for n in self.left.shape)
-        self.shape = (height, width) if run.camera.aligned else self.look.camera.shape
-        self.seen: list[tuple[Floats, Floats, NDArray[np.intp]]] = []
+    """large: [px] up to this a bias is a fine pattern's, however rare it is; None for a smooth pattern."""
+
+    def __init__(self, cells: _Cells, seen: Sequence[Seen], large: float | None = None) -> None:
+        self.cells, self.shape, self.seen, self.large = cells, cells.shape, seen, large or 0.0
+        self.fine = large is not None
         self.beta: Floats
         self.center: Floats
-        for index in frames:
-            frame = self.look.frame(index, run.poses[index], np.zeros(6))
-            self.seen.append(
-                (
-                    frame.residual,
-                    np.column_stack([frame.rigid, np.ones_like(frame.disparity), frame.disparity]),
-                    self._places(frame),
-                )
-            )
-        self.priors = np.array([0.1] * 6 + [2.0, 0.1])
-        self.chunks = np.array_split(np.arange(len(frames)), min(_CHUNKS, len(frames)))
+        self.priors = _PRIORS[: seen[0][1].shape[1]] if seen else _PRIORS
+        self.chunks = np.array_split(np.arange(len(seen)), min(_CHUNKS, len(seen)))
         part = (3 * len(self.chunks) + 4) // 8
         self.ends = slice(0, part), slice(len(self.chunks) - part, None)
-
-    def _places(self, frame: Frame) -> NDArray[np.intp]:
-        """Where the pixels of a frame are in the left imager's picture, as numbers of its samples."""
-        camera = self.look.run.camera
-        if not camera.aligned:
-            return frame.place
-        z = camera.focal_baseline / frame.disparity
-        x, y = self.look.rays.reshape(2, -1)[:, frame.place].astype(np.float64)
-        to = np.linalg.inv(camera.left_pose)
-        point = to[:3, :3] @ np.stack([x * z, y * z, z]) + to[:3, 3:]
-        x, y = distort(point[0] / point[2], point[1] / point[2], self.left.distortion)
-        at = np.stack([y * self.left.fy + self.left.cy, x * self.left.fx + self.left.cx]) // self.look.stride
-        v, u = (np.clip(part, 0, n - 1).astype(np.intp) for part, n in zip(at, self.shape, strict=True))
-        return np.asarray(v * self.shape[1] + u)
 
     def learned(self) -> Pattern:
         pattern = np.zeros(self.shape)
         self.beta = np.zeros(len(self.priors))
-        for _ in range(_ROUNDS):
+        for _ in range(_ROUNDS if len(self.priors) else 1):
             self._fit_static(pattern.reshape(-1))
             sums = [self._sum(chunk) for chunk in self.chunks]
-            found, size = self._size_of(sums)
-            grid = self._krige(_total(sums), sums, found, size)
+            law = self._law_of(sums)
+            grid = self._krige(_total(sums), law)
             pattern = picture(grid, self.shape)
-        removed, error = self._removed(sums, found, size)
+        laws = [replace(law, noise=law.noise * part) for part in (_LESS_NOISE if self.fine else [1])]
+        # Noise that goes together is reckoned with as if it did at all lags, which hides what is finer than it.
+        (removed, error), law = max(((self._removed(sums, one), one) for one in laws), key=lambda found: found[0][0])
+        if self.fine:
+            grid = self._krige(_total(sums), law)
         return Pattern(
             grid=grid,
-            amplitude=float(np.sqrt((picture(grid, self.left.shape) ** 2).mean())),
-            found=found,
-            size=float(np.sqrt(size.prod())) * self.look.stride,
+            amplitude=float(np.sqrt((picture(grid, self.cells.left.shape) ** 2).mean())),
+            found=law.found,
+            size=float(np.sqrt(law.size.prod())) * self.cells.stride,
             noise=self.scale,
             removed=removed,
             removed_error=error,
@@ -191,7 +297,7 @@ class _Learner:
         if known.size:
             center = np.nanmedian(errors[:, known], axis=0)
             off = np.abs(center - np.median(center))
-            self.center[known] = np.where(off <= _FAR * np.median(off), center, np.nan)
+            self.center[known] = np.where(off <= max(_FAR * np.median(off), self.large), center, np.nan)
         left = np.abs(errors - self.center)
         left = left[np.isfinite(left)]
         # Not the median, which is 0 where depths have coarse steps.
@@ -213,61 +319,60 @@ class _Learner:
                 part[place] += value
         return _Sums(*(part.reshape(self.shape) for part in parts))
 
-    def _size_of(self, sums: Sequence[_Sums]) -> tuple[float, Floats]:
-        """Root mean square of the pattern [px], and the lags of half correlation down and across [samples].
-
-        It is what both halves have in common.
-        """
+    def _law_of(self, sums: Sequence[_Sums]) -> _Law:
+        """The law of what both halves have in common, beside the noise that they do not."""
+        none = _Law(0.0, np.ones(2), _LEAST_NOISE**2)
         a, b = (_total(sums[end]) for end in self.ends)
         both = (a.weight > 0) & (b.weight > 0)
         if np.count_nonzero(both) < 50:
-            return 0.0, np.ones(2)
+            return none
         first, second = (np.where(both, s.error / np.where(both, s.weight, 1), 0) for s in (a, b))
         weight = np.where(both, np.minimum(a.weight, b.weight), 0)
         products, weights = _correlate(weight * first, weight * second), _correlate(weight, weight)
         if products[0, 0] <= 0:
-            return 0.0, np.ones(2)
+            return none
         sizes = [
             _half(line(products)[: n // 2] / np.maximum(line(weights)[: n // 2], 1e-12))
             for line, n in zip((lambda x: x[:, 0], lambda x: x[0]), self.shape, strict=True)
         ]
-        return float(np.sqrt(products[0, 0] / weights[0, 0])), np.array(sizes)
+        return _Law(float(np.sqrt(products[0, 0] / weights[0, 0])), np.array(sizes), self._noise_of(sums))
 
-    def _krige(self, whole: _Sums, sums: Sequence[_Sums], found: float, size: Floats) -> Floats:
-        """(rows, columns) the posterior mean at the knots, which lie two within the lag of half correlation."""
+    def _krige(self, whole: _Sums, law: _Law) -> Floats:
+        """(rows, columns) the posterior mean at the knots, some within the lag of half correlation."""
         seen = [np.flatnonzero((whole.weight > 0).sum(axis=axis)) for axis in (1, 0)]
         pixels = np.array(
             [np.ptp(places) + 1 if places.size else n for places, n in zip(seen, self.shape, strict=True)]
         )
-        wanted = np.minimum(2 * pixels / size + 1, pixels)
-        if wanted.prod() > _MOST_KNOTS:  # fewer in the direction that has more, and in both where that is not enough
-            less = max(_MOST_KNOTS / wanted.prod(), wanted.min() / wanted.max())
+        within, most = _FINE if self.fine else _SMOOTH
+        wanted = np.minimum(within * pixels / law.size + 1, pixels)
+        if wanted.prod() > most:  # fewer in the direction that has more, and in both where that is not enough
+            less = max(most / wanted.prod(), wanted.min() / wanted.max())
             wanted[wanted.argmax()] *= less
-            wanted *= min(np.sqrt(_MOST_KNOTS / wanted.prod()), 1)
-        knots = [max(int(one), 3) for one in wanted * self.shape / pixels]
-        if found == 0:
-            return np.zeros(knots)
-        steps = [(n - 1) / (k - 1) for k, n in zip(knots, self.shape, strict=True)]
+            wanted *= min(np.sqrt(most / wanted.prod()), 1)
+        grid = np.zeros([max(int(one), 3) for one in wanted * self.shape / pixels])
+        if law.found == 0 or not all(places.size for places in seen):
+            return grid
         # What is beyond the pixels that are seen, of which an aligned camera's left imager has many, is 0.
-        near = [
-            np.flatnonzero((np.arange(k) * s > p.min() - 2 * s) & (np.arange(k) * s < p.max() + 2 * s))
-            for k, s, p in zip(knots, steps, seen, strict=True)
-        ]
-        down, across = (spline(k, n)[:, some] for k, n, some in zip(knots, self.shape, near, strict=True))
-        noise = self._noise_of(sums)
-        gram = np.einsum("vi,vu,vk->iku", down, whole.weight, down, optimize=True)
-        gram = np.einsum("iku,uj,ul->ijkl", gram, across, across, optimize=True)
-        gram = gram.reshape(down.shape[1] * across.shape[1], -1)
-        right = np.einsum("vi,vu,uj->ij", down, whole.error, across, optimize=True).reshape(-1)
-        laws = [
-            2.0 ** -((np.subtract.outer(some, some) * s / one) ** 2)
-            for some, s, one in zip(near, steps, size, strict=True)
-        ]
-        prior = found**2 * np.kron(laws[0], laws[1])
-        # (gram / noise + prior^-1)^-1 right / noise, without the inverse of a matrix that is nearly singular.
-        solved = prior @ np.linalg.solve(gram @ prior + noise * np.eye(len(prior)), right)
-        grid = np.zeros(knots)
-        grid[np.ix_(*near)] = solved.reshape(down.shape[1], across.shape[1])
+        box = tuple(slice(places[0], places[-1] + 1) for places in seen)
+        near, roots, splines = [], [], []
+        for k, n, places, size in zip(grid.shape, self.shape, seen, law.size, strict=True):
+            step = (n - 1) / (k - 1)
+            at = np.arange(k) * step
+            some = np.flatnonzero((at > places[0] - 2 * step) & (at < places[-1] + 2 * step))
+            # What may be of any fineness has parts of all, as a correlation with a cusp has.
+            prior = 2.0 ** -((np.abs(np.subtract.outer(at[some], at[some])) / size) ** (1 if self.fine else 2))
+            values, vectors = np.linalg.eigh(prior)
+            near.append(some)
+            roots.append(vectors * np.sqrt(np.maximum(values, 0)))
+            splines.append(spline(k, n)[places[0] : places[-1] + 1, some] @ roots[-1])
+        down, across = splines
+        weight, right = law.found**2 * whole.weight[box], law.found * down.T @ whole.error[box] @ across
+
+        def times(x: Floats) -> Floats:
+            return np.asarray(down.T @ (weight * (down @ x @ across.T)) @ across + law.noise * x)
+
+        # In units of the prior's root, without the inverse of a matrix that is nearly singular.
+        grid[np.ix_(*near)] = law.found * roots[0] @ _solve(times, right) @ roots[1].T
         return grid
 
     def _noise_of(self, sums: Sequence[_Sums]) -> float:
@@ -286,17 +391,32 @@ class _Learner:
         law = products[near] / np.maximum(counts[near], 1)
         return float(max(law.sum(), law[0, 0]))
 
-    def _removed(self, sums: Sequence[_Sums], found: float, size: Floats) -> tuple[float, float]:
+    def _removed(self, sums: Sequence[_Sums], law: _Law) -> tuple[float, float]:
         """The chunks of each end judged by the grid of the other end's."""
         gains, wholes = [], []
         for own, other in (self.ends, self.ends[::-1]):
-            pattern = picture(self._krige(_total(sums[other]), sums, found, size), self.shape)
+            pattern = picture(self._krige(_total(sums[other]), law), self.shape)
             wholes += [s.left(np.zeros(self.shape)) for s in sums[own]]
             gains += [s.left(np.zeros(self.shape)) - s.left(pattern) for s in sums[own]]
         gain, whole = np.array(gains), np.maximum(wholes, 1e-30)
         held = (gain.sum() - gain) / (whole.sum() - whole) if len(gain) > 1 else np.zeros(1)
         removed = float(gain.sum() / whole.sum())
         return removed, float(np.sqrt((1 - 1 / len(gain)) * np.square(held - removed).sum()))
+
+
+def _solve(times: Callable[[Floats], Floats], right: Floats) -> Floats:
+    """x of times(x) = right, for a positive definite one: conjugate gradients (Hestenes and Stiefel 1952)."""
+    x, left, along = np.zeros_like(right), right, right
+    size = first = float((right**2).sum())
+    for _ in range(_MOST_STEPS):
+        if size <= _ENOUGH**2 * first:
+            break
+        moved = times(along)
+        step = size / float((along * moved).sum())
+        x, left = x + step * along, left - step * moved
+        before, size = size, float((left**2).sum())
+        along = left + size / before * along
+    return x
 
 
 def _half(law: Floats) -> float:
