@@ -141,6 +141,8 @@ def _confirm(search: Search, score: Score, chain: _Chain, model: Model) -> bool:
         chain.refuse(effect, closed, why)
 
     confirmed = _confirmed(search, refuse, model)
+    if confirmed is chain.model:
+        return False
     chain.dropped |= set(whys)
     chain.model = confirmed if confirmed.parts else None
     chain.score = search.validator.score(confirmed.build(search.base)) if confirmed.parts else score
