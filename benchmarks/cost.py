@@ -36,7 +36,7 @@ from depthsim.gap import Diagnosis, Findings, investigate
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.tasks.figures import FIGURES, ODOMETRY
-from depthsim.gap.depth.tasks.odometry import odometry_of
+from depthsim.gap.depth.tasks.odometry import odometry_tasks
 from depthsim.gap.diagnosis import Task
 from depthsim.odometry.score import STEP
 from depthsim.runs import Run
@@ -144,7 +144,8 @@ def _diagnosis(
     if not options.kiss_icp:
         return found.diagnosis
     evidence, _ = load_evidence(run, None, sensor, threads=options.threads, config=config)
-    more = [task for task in odometry_of(found, evidence, ("kiss_icp",)) if task.name.endswith("kiss_icp")]
+    sensors = [evidence.base, found.fixed.effects] if found.diagnosis.causes else [evidence.base]
+    more = [task for task in odometry_tasks(evidence, sensors, ("kiss_icp",)) if task.name.endswith("kiss_icp")]
     return found.diagnosis.model_copy(update={"tasks": (*found.diagnosis.tasks, *more)})
 
 

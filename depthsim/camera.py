@@ -193,7 +193,7 @@ class Camera(BaseModel):
 
     # pydantic would compare the arrays that cached properties leave in __dict__, too.
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Camera) and self._fields() == other._fields()
+        return self is other or (isinstance(other, Camera) and self._fields() == other._fields())
 
     def __hash__(self) -> int:
         return hash(self._fields())

@@ -10,6 +10,7 @@ from depthsim.gap.config import DepthConfig, DepthSelect
 from depthsim.gap.depth.fit import select
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import Search, Trial
 from depthsim.gap.depth.fit.validate import Score
 
@@ -30,6 +31,7 @@ class FakeSearch:
     def __init__(self, **gaps: float) -> None:
         self.gaps = gaps
         self.validator = SimpleNamespace(score=lambda effects: SCORE)
+        self.goes_together = lambda of: False
 
     def validated(self, of: Model) -> Trial:
         return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])
@@ -63,6 +65,30 @@ def test_a_cause_in_the_place_of_another_leaves_other_things(monkeypatch: pytest
     found = select._chain(search, SCORE, select._Chain(DepthSelect(), SCORE, 1.0))
     assert grown == [(), ("noise",)]
     assert found.named == ("noise", "correlation")
+
+
+def test_what_is_dropped_has_no_rivals_and_takes_others_like_it_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Noise that is drawn one by one, for errors that go together: no other such noise comes first after it."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    search = FakeSearch()
+    search.goes_together = lambda of: of.parts[0].effect != "filter"
+    begun = []
+
+    def grow(search: Search, chain: Any) -> None:
+        chain.looked = chain.looked or [tuple(Trial(model(name), 0.3) for name in ("noise", "other", "filter"))]
+        begun.append([trial.newest.effect for trial in chain.looked[0]])
+        chain.model = None if chain.dropped else model("noise")
+
+    def confirmed(search: Search, refuse: Any, whole: Model) -> Model:
+        refuse("noise", 0.7, INDEPENDENT)
+        return model()
+
+    monkeypatch.setattr(select, "_grow", grow)
+    monkeypatch.setattr(select, "compare_rivals", lambda *_: pytest.fail("there is nothing to compare"))
+    monkeypatch.setattr(select, "_confirmed", confirmed)
+    found = select._chain(cast("Search", search), SCORE, select._Chain(DepthSelect(), SCORE, 1.0))
+    assert begun == [["noise", "other", "filter"], ["filter"]]
+    assert found.model is None and found.nearest[0].effect == "noise"
 
 
 @pytest.mark.parametrize(("noise", "named", "begins"), [(0.35, 1, True), (0.45, 1, False), (0.35, 2, False)])

@@ -15,9 +15,9 @@ from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.tasks import odometry
 from depthsim.gap.depth.tasks.figures import ODOMETRY
 from depthsim.gap.depth.tasks.odometry import odometry_tasks, one_more
-from depthsim.gap.depth.tasks.odometry_worker import kept_to_the_end
 from depthsim.gap.diagnosis import Task
 from depthsim.odometry import Estimate
+from depthsim.odometry.worker import kept_to_the_end
 from depthsim.presets import preset
 from depthsim.reconstruction.reconstruct import fuse, is_fused
 from depthsim.runs import Run
@@ -70,7 +70,7 @@ def test_the_drift_is_that_of_the_sensor_and_the_same_on_any_number_of_threads(
 def test_any_system_can_be_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("evo")
     measured = {"drift_kiss_icp": 2.0, "ate_kiss_icp": 3.0}
-    monkeypatch.setattr(odometry, "_figures", lambda runs, systems, threads: [measured] * len(runs))
+    monkeypatch.setattr(odometry._Measured, "figures", lambda self: [measured] * len(self.runs))
     tasks = odometry_tasks(evidence(), [evidence().base], ("kiss_icp",))
     assert [(task.name, task.recording) for task in tasks] == [*measured.items(), ("surface_error", None)]
     assert tasks[-1].reason and not tasks[-1].ci95

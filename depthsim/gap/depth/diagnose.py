@@ -28,7 +28,7 @@ from depthsim.gap.depth.fit.select import Selection, select
 from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.tasks.measure import tasks_of
-from depthsim.gap.depth.tasks.odometry import odometry_of
+from depthsim.gap.depth.tasks.odometry import Odometry
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
 from depthsim.gap.diagnosis import Diagnosis, Gap, Unexplained
@@ -110,13 +110,17 @@ def investigate(
     """As :func:`diagnose`, with everything that the diagnosis was made from."""
     say("casting the scene")
     given, profile = load_evidence(run, scene, sensor, materials, threads, config, objects, without_objects)
-    found = _found(given, profile, without, say)
     if not tasks:
-        return found
-    say("measuring what the gap costs")
-    costs = tasks_of(found)
-    say("running odometry on the recording and on its simulations")
-    costs += odometry_of(found, given)
+        return _found(given, profile, without, say)
+    with Odometry(given) as odometry:
+        odometry.begin(given.base, max(given.threads // 2, 1))  # on what the search leaves idle
+        found = _found(given, profile, without, say)
+        say("measuring what the gap costs")
+        costs = tasks_of(found)
+        say("running odometry on the recording and on its simulations")
+        if found.diagnosis.causes:
+            odometry.begin(found.fixed.effects, given.threads)
+        costs += odometry.tasks()
     return replace(found, diagnosis=found.diagnosis.model_copy(update={"tasks": costs}))
 
 

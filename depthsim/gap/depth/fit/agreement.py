@@ -7,6 +7,8 @@ which the gap changes most. An effect by another formula than the recording's le
 elsewhere leaves nearly all.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from depthsim.draws import Seed
@@ -72,16 +74,25 @@ def left_along(validator: Validator, effect: type[Effect], before: Effects, afte
     But for the axes of causes of that kind that are in ``before``, along which their formulas may leave some. None
     where that axis is none of the effect's.
     """
-    gap, left = validator.once(against, before), validator.once(against, after)
-    does = validator.once(done_by, before, after)
-    asked = Asked(validator, effect, before, gap, left, does, False, False, False)
+    asked = _asked(validator, effect, before, after)
+    gap, left = asked.gap, asked.left
     if effect.kinds[0] == "correlation":
         return rules.left_of_pairs(asked)
-    k = max((k for k in range(ALL) if KINDS[k] in effect.kinds), key=lambda k: float(does.whole[k]))
+    k = max((k for k in range(ALL) if KINDS[k] in effect.kinds), key=lambda k: float(asked.does.whole[k]))
     first = asked.beside(k)
     if first is None or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
         return None
     return max(float(left.varies[k, first]), 0.0) / float(gap.varies[k, first])
+
+
+def goes_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether errors that ``effect`` makes one by one go together in the recording, see :func:`rules.goes_together`."""
+    return rules.goes_together(replace(_asked(validator, effect, before, after), alone=True)) is not None
+
+
+def _asked(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> Asked:
+    gap, left = validator.once(against, before), validator.once(against, after)
+    return Asked(validator, effect, before, gap, left, validator.once(done_by, before, after), False, False, False)
 
 
 def makes_doubling(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
@@ -132,16 +143,20 @@ def disagreement(
         return None
     if why := rules.is_idle(validator, effect, before, after) or rules.unseen_step(validator, effect, before, after):
         return why
-    is_first = tuple(before) == validator.evidence.base
-    if is_first and not validator.score(after).stands_out(validator.config):  # nothing is left that could disagree
-        return None
-    gap, left = validator.once(against, before), validator.once(against, after)
-    does = validator.once(done_by, before, after)
-    was, least = validator.quick(before), validator.score(before).floor
+    was, least = validator.quick(before), validator.floor(before)
     well = was - validator.quick(after) >= validator.evidence.config.agreement.well * (was - least)
-    asked = Asked(validator, effect, before, gap, left, does, alone, flexible, well)
-    if effect.kinds[0] == "correlation":
-        return rules.of_pairs(asked) or (rules.smooths_elsewhere(asked) if alone else None)
+    asked = _asked(validator, effect, before, after)
+    why = _of_gap(replace(asked, alone=alone, flexible=flexible, closes_well=well))
+    is_first = tuple(before) == validator.evidence.base
+    if why and is_first and not validator.score(after).stands_out(validator.config):  # nothing is left to disagree on
+        return None
+    return why
+
+
+def _of_gap(asked: Asked) -> str | None:
+    """Why the effect is none for what the others leave."""
+    if asked.effect.kinds[0] == "correlation":
+        return rules.of_pairs(asked) or (rules.smooths_elsewhere(asked) if asked.alone else None)
     for k in range(ALL):
         if _answers(asked, k) and (why := _of_kind(asked, k)):
             return why

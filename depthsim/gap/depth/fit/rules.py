@@ -15,6 +15,7 @@ from depthsim.sensor.effect import Effect
 from depthsim.sensor.parameter import learned_of
 
 _WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "tail": "tails", "all": "errors"}
+INDEPENDENT = "adds errors that are independent, where those of the recording go together"
 
 
 @dataclass(frozen=True)
@@ -369,4 +370,4 @@ def goes_together(asked: Asked) -> str | None:
         return None
     if not asked.alone or asked.left.together <= asked.limit.together * asked.does.whole[ALL]:
         return None
-    return "adds errors that are independent, where those of the recording go together"
+    return INDEPENDENT

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.fit.agreement import disagreement, left_along, makes_doubling, makes_steps
+from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along, makes_doubling, makes_steps
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
@@ -65,6 +65,10 @@ class Search:
     def acts(self, model: Model) -> bool:
         """Whether the newest part of a model acts where the gap lies that the others leave."""
         return self.disagreement(model, len(model.parts) - 1) is None
+
+    def goes_together(self, model: Model) -> bool:
+        """Whether errors that the newest part of a model makes one by one go together in the recording."""
+        return goes_together(self.validator, *self._newest(model))
 
     def left_along(self, model: Model) -> float | None:
         """What the newest part of a model leaves, see :func:`agreement.left_along`."""

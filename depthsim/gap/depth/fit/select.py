@@ -14,6 +14,7 @@ from depthsim.gap.config import DepthSelect
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import Say, Search, Trial
 from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.ties import Ties, compare_rivals, instead, surely_worse
@@ -41,7 +42,7 @@ class Selection:
 class _Chain:
     """Causes found one after the other. looked, before: the leaders of each step, and the gap before it; refused: by
     effect, what it closed and why it is none; asked: how often it was refused; dropped: effects that were causes until
-    all of them were there.
+    all of them were there; trusted: how many were taken for the moment.
 
     ties: the equals of each cause; gap, score: with all of them, on the frames held out. config: of the selection.
     """
@@ -55,6 +56,7 @@ class _Chain:
     refused: Refused = field(default_factory=Refused)
     asked: Counter[str] = field(default_factory=Counter)
     dropped: set[str] = field(default_factory=set)
+    trusted: int = 0
     ties: Ties = field(default_factory=dict)
 
     def refuse(self, effect: str, closed: float, why: str) -> None:
@@ -105,23 +107,49 @@ def confirm(search: Search, selection: Selection) -> Selection:
 
 
 def _chain(search: Search, score: Score, chain: _Chain) -> _Chain:
-    """Every cause that is supported. score: of the sensor as it is."""
-    for _ in range(search.config.select.rounds):
+    """Every cause that is supported. score: of the sensor as it is.
+
+    Only what is confirmed is compared with its rivals: most of those of a cause that is dropped would be, too, and the
+    others come first when causes are looked for again.
+    """
+    rounds = search.config.select.rounds
+    for number in range(1, rounds + 1):
         _grow(search, chain)
         if chain.model is None:
             break
+        dropped = _confirm(search, score, chain, chain.model)
+        if chain.model is None or (dropped and number < rounds):
+            continue
         looked = [[trial for trial in step if not chain.is_out(trial.newest.effect)] for step in chain.looked]
+        named = chain.named
         whole, chain.ties = compare_rivals(search, chain.model, chain.gap, looked, chain.before)
-        confirmed = _confirmed(search, chain.refuse, whole)
-        grown, compared, left = ({part.effect for part in m.parts} for m in (chain.model, whole, confirmed))
-        dropped, others = compared - left, compared - grown  # a cause in place of another one may leave other things
-        chain.dropped |= dropped
-        chain.model = confirmed if confirmed.parts else None
-        chain.score = search.validator.score(confirmed.build(search.base)) if confirmed.parts else score
-        chain.gap = search.validated(confirmed).gap if confirmed.parts else search.before
-        if not dropped and not others:
+        if {part.effect for part in whole.parts} <= set(named):
             break
+        _confirm(search, score, chain, whole)  # a cause in place of another one may leave other things
     return chain
+
+
+def _confirm(search: Search, score: Score, chain: _Chain, model: Model) -> bool:
+    """Make of ``model`` what is confirmed of it the chain's own; whether anything was dropped.
+
+    Where errors go together which a cause makes one by one, other first causes that do so are no better.
+    """
+    whys: dict[str, str] = {}
+
+    def refuse(effect: str, closed: float, why: str) -> None:
+        whys[effect] = why
+        chain.refuse(effect, closed, why)
+
+    confirmed = _confirmed(search, refuse, model)
+    if confirmed is chain.model:
+        return False
+    chain.dropped |= set(whys)
+    chain.model = confirmed if confirmed.parts else None
+    chain.score = search.validator.score(confirmed.build(search.base)) if confirmed.parts else score
+    chain.gap = search.validated(confirmed).gap if confirmed.parts else search.before
+    if INDEPENDENT in whys.values():
+        chain.looked[0] = tuple(trial for trial in chain.looked[0] if not search.goes_together(trial.model))
+    return bool(whys)
 
 
 def _other_beginnings(search: Search, chain: _Chain) -> Iterator[_Chain]:
@@ -168,16 +196,16 @@ def _grow(search: Search, chain: _Chain) -> None:
     Two causes may each leave what is the other's. So where none of the leaders acts where the gap lies, the one that
     closes most is taken all the same, a few times, and asked again when the others are there.
     """
-    trusted = search.config.select.trusted
     while chain.model is None or len(chain.model.parts) < search.config.select.most_causes:
         if not chain.score.stands_out(search.config.significance):
             break
         leaders = _leaders(search, chain)
         selected = _first_supported(search, chain, leaders)
-        if selected is None and trusted > 0:
+        if selected is None and chain.trusted < search.config.select.trusted:
             itself = next((trial for trial in leaders if not search.stands_for_another(trial.model)), None)
             if itself and _closes_enough(search, chain, itself, leaders):
-                selected, trusted = itself, trusted - 1
+                selected = itself
+                chain.trusted += 1
         if selected is None:
             break
         chain.model, chain.gap = selected.model, selected.gap

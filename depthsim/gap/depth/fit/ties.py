@@ -40,6 +40,9 @@ def compare_rivals(
             if not set(effect_class(name).kinds) & set(effect_class(cause).kinds):
                 continue
             other = instead(search, model, cause, rival)
+            surely = partial(surely_worse, search.validator, *(m.build(search.base) for m in (other.model, model)))
+            if not is_tie(other.gap - gap, limit.tied * search.whole, np.inf, surely):
+                continue
             if search.disagreement(other.model, _number(other.model, name)) is not None:
                 continue
             itself = search.shows_itself(other.model, _number(other.model, name))
@@ -47,9 +50,7 @@ def compare_rivals(
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
                 cause = name
-                continue
-            surely = partial(surely_worse, search.validator, *(m.build(search.base) for m in (other.model, model)))
-            if is_tie(other.gap - gap, limit.tied * search.whole, np.inf, surely):
+            else:
                 equals.append(name)
         if equals:
             ties[cause] = tuple(equals)

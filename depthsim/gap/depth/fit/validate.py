@@ -18,7 +18,7 @@ from depthsim.sensor.effect import Effect
 Floats = NDArray[np.float64]
 T = TypeVar("T")
 _REMEMBERED = 24
-"""Sensors whose simulated recordings are kept."""
+"""Sensors whose simulated recordings are kept, those that were last asked for."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,9 @@ class Validator:
     def runs(self, effects: Sequence[Effect], count: int) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
         key = _key(effects)
-        if key not in self._runs and len(self._runs) >= _REMEMBERED:
+        known = self._runs[key] = self._runs.pop(key, [])
+        if len(self._runs) > _REMEMBERED:
             del self._runs[next(iter(self._runs))]
-        known = self._runs.setdefault(key, [])
         while len(known) < count:
             known.append(self.simulate(effects, Seed("judging", len(known))))  # a key: another word, other draws
         return known[:count]
@@ -105,6 +105,11 @@ class Validator:
         gap, least = (float(self.ruler.over_axes(x, real)) for x in (seen, floor))
         in_all, by_axis = excess(self.ruler, seen, null, real, self.config)
         return Score(gap, least, seen, floor, by_axis, in_all)
+
+    def floor(self, effects: Sequence[Effect]) -> float:
+        """How far two runs of the sensor are apart, by as many as fits are validated by."""
+        runs = [run.sum(axis=0) for run in self.runs(effects, self.evidence.config.fit.runs)]
+        return float(np.mean([self.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
 
     def quick(self, effects: Sequence[Effect], runs: int = 1) -> float:
         """The gap by one simulated run, or the mean of several."""

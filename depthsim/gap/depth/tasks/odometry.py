@@ -8,12 +8,15 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from depthsim.draws import Seed
@@ -22,11 +25,10 @@ from depthsim.extras import MissingExtra, need_extra
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.frames import CleanFrame, cast_clean
 from depthsim.gap.depth.data.simulate import Replay
-from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.tasks.figures import ODOMETRY
-from depthsim.gap.depth.tasks.odometry_worker import MASKS, SCENE
 from depthsim.gap.diagnosis import Task, rounded
 from depthsim.odometry.score import STEP
+from depthsim.odometry.worker import MASKS, SCENE
 from depthsim.reconstruction.reconstruct import is_fused
 from depthsim.runs.writer import RunWriter
 from depthsim.sensor.effect import Effect
@@ -44,34 +46,70 @@ _LONGEST = 1800.0
 """[s]"""
 
 
-def odometry_of(found: Findings, evidence: Evidence, systems: Sequence[str] = ("open3d",)) -> tuple[Task, ...]:
-    """:func:`odometry_tasks` of a recording that was diagnosed. evidence: its frames, as they were recorded."""
-    sensors = [evidence.base, found.fixed.effects] if found.diagnosis.causes else [evidence.base]
-    return odometry_tasks(evidence, sensors, systems)
-
-
 def odometry_tasks(
     evidence: Evidence, sensors: Sequence[Sequence[Effect]], systems: Sequence[str] = ("open3d",)
 ) -> tuple[Task, ...]:
-    """The figures of the recording and of one or two sensors, before and after; of one, after is as before.
+    """The figures of the recording and of one or two sensors, see :meth:`Odometry.tasks`."""
+    with Odometry(evidence, systems) as odometry:
+        for effects in sensors:
+            odometry.begin(effects, evidence.threads)
+        return odometry.tasks()
 
-    systems: ``open3d`` and ``kiss_icp``, which takes twenty times as long. Nothing of a recording that goes no way to
-    be measured.
+
+class Odometry:
+    """Odometry and mapping on a recording and its simulations, by processes that run beside the diagnosis.
+
+    A context: whatever ends it ends them. systems: ``open3d`` and ``kiss_icp``, which takes twenty times as long.
     """
-    way = _way(evidence)
-    if way is None:
-        return ()
-    names = [name for name in ODOMETRY if name.endswith((*systems, "error"))]
-    if not _is_installed():
-        return _without(names, "the extra `slam` is not installed")
-    with TemporaryDirectory(prefix="depthsim_odometry_") as kept:
+
+    def __init__(self, evidence: Evidence, systems: Sequence[str] = ("open3d",)) -> None:
+        self._evidence, self._systems, self._way = evidence, systems, _way(evidence)
+        self._why = "" if self._way is None or _is_installed() else "the extra `slam` is not installed"
+        self._held = ExitStack()
+        self._kept: Path | None = None
+        self._measured: list[_Measured] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._held.close()
+
+    def begin(self, effects: Sequence[Effect], processes: int) -> None:
+        """Begin to measure a sensor, and with the first one the recording: first that before, then the one after."""
+        if self._way is None or self._why:
+            return
+        with self._is_said():
+            recording = []
+            if self._kept is None:
+                self._kept = Path(self._held.enter_context(TemporaryDirectory(prefix="depthsim_odometry_")))
+                recording = [_write_recording(self._evidence, self._way, self._kept)]
+            runs = _write_runs(self._evidence, effects, self._way, self._kept / str(len(self._measured)))
+            self._measured.append(_Measured([*recording, *runs], self._systems, processes))
+            self._held.callback(self._measured[-1].stop)
+
+    def tasks(self) -> tuple[Task, ...]:
+        """The figures of the recording and of one or two sensors, before and after; of one, after is as before.
+
+        Nothing of a recording that goes no way to be measured.
+        """
+        if self._way is None:
+            return ()
+        names = [name for name in ODOMETRY if name.endswith((*self._systems, "error"))]
+        figures: list[Figures] = []
+        with self._is_said():
+            figures = [measured.figures() for measured in self._measured]
+        if self._why:
+            return _without(names, self._why)
+        recording, before = figures[0][0], figures[0][1:]
+        return tuple(_task(name, recording, before, figures[-1] if figures[1:] else before) for name in names)
+
+    @contextmanager
+    def _is_said(self) -> Iterator[None]:
         try:  # a full disk, too, shall not cost the diagnosis that is done
-            runs = _write_runs(evidence, sensors, way, Path(kept))
-            figures = _figures(runs, systems, evidence.threads)
+            yield
         except (subprocess.SubprocessError, ValueError, OSError, InputError) as error:
-            return _without(names, f"odometry could not be run ({error})")
-    simulated = [figures[1 + RUNS * k : 1 + RUNS * (k + 1)] for k in range(len(sensors))]
-    return tuple(_task(name, figures[0], simulated[0], simulated[-1]) for name in names)
+            self._why = f"odometry could not be run ({error})"
 
 
 def _is_installed() -> bool:
@@ -93,62 +131,79 @@ def _way(evidence: Evidence) -> Trajectory | None:
     return way if count >= LEAST and long_enough else None
 
 
-def _write_runs(evidence: Evidence, sensors: Sequence[Sequence[Effect]], way: Trajectory, kept: Path) -> list[Path]:
-    """Write the recording and the runs of each sensor on its way into folders of ``kept``, and what goes with them."""
-    run, camera, scene = evidence.run, evidence.camera, evidence.scene
-    # A sensor that looks back keeps the frames before.
-    replays = [(acting(effects), Replay(evidence.caster, evidence.materials, evidence.motion)) for effects in sensors]
-    folders = [kept / "recording", *(kept / f"{k}_{n}" for k in range(len(sensors)) for n in range(RUNS))]
-    writers = [RunWriter(folder, camera, way, {}) for folder in folders]
-    none = np.empty(0, np.float32)
-
-    def make(index: int) -> None:
-        pose, stamp = run.poses[index], float(run.stamps[index])
-        frame = CleanFrame(
-            index, stamp, pose, camera, np.empty(0, np.intp), cast_clean(evidence.caster, camera, pose, stamp),
-            none, none, np.empty((0, 0), np.uint16),
-        )  # fmt: skip
-        pictures = [run.depth_raw(index)]
-        pictures += [
-            replay.measure(effects, frame, Seed("odometry", n)) for effects, replay in replays for n in range(RUNS)
-        ]
-        for writer, picture in zip(writers, pictures, strict=True):
-            writer.write_frame(index, {"depth": picture})
-
-    evidence.each(make, range(len(way)))
-    for writer in writers:
-        writer.finish()
+def _write_recording(evidence: Evidence, way: Trajectory, kept: Path) -> Path:
+    """Write the recording on its way into a folder of ``kept``, and beside it what its map is compared with."""
+    run, scene = evidence.run, evidence.scene
+    folder = _write(evidence, way, [kept / "recording"], lambda index: [run.depth_raw(index)])[0]
     if not (scene.movers or is_fused(scene)):
         np.savez(kept / SCENE, vertices=scene.vertices.astype(np.float32), faces=scene.faces.astype(np.uint32))
         masks = [mask for index in range(len(way)) if (mask := run.mask(index)) is not None]
         if masks:  # then every frame has one
             np.save(kept / MASKS, np.stack(masks))
+    return folder
+
+
+def _write_runs(evidence: Evidence, effects: Sequence[Effect], way: Trajectory, name: Path) -> list[Path]:
+    """Write the runs of a sensor into folders of that name and a number."""
+    run, camera = evidence.run, evidence.camera
+    ordered, replay = acting(effects), Replay(evidence.caster, evidence.materials, evidence.motion)
+    none = np.empty(0, np.float32)
+
+    def make(index: int) -> list[NDArray[np.uint16]]:
+        pose, stamp = run.poses[index], float(run.stamps[index])
+        frame = CleanFrame(
+            index, stamp, pose, camera, np.empty(0, np.intp), cast_clean(evidence.caster, camera, pose, stamp),
+            none, none, np.empty((0, 0), np.uint16),
+        )  # fmt: skip
+        return [replay.measure(ordered, frame, Seed("odometry", n)) for n in range(RUNS)]
+
+    return _write(evidence, way, [name.with_name(f"{name.name}_{n}") for n in range(RUNS)], make)
+
+
+def _write(
+    evidence: Evidence, way: Trajectory, folders: list[Path], make: Callable[[int], list[NDArray[np.uint16]]]
+) -> list[Path]:
+    """Write the pictures that are made of each frame, one into each of the folders, which are given back."""
+    writers = [RunWriter(folder, evidence.camera, way, {}) for folder in folders]
+
+    def write(index: int) -> None:
+        for writer, picture in zip(writers, make(index), strict=True):
+            writer.write_frame(index, {"depth": picture})
+
+    evidence.each(write, range(len(way)))
+    for writer in writers:
+        writer.finish()
     return folders
 
 
-def _figures(runs: Sequence[Path], systems: Sequence[str], threads: int) -> Figures:
-    """The figures of each run, by processes side by side."""
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    shares = [list(runs[k::threads]) for k in range(min(threads, len(runs)))]
-    workers = [
-        subprocess.Popen(
-            [sys.executable, "-m", "depthsim.gap.depth.tasks.odometry_worker", ",".join(systems), *map(str, share)],
-            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment, text=True,
-        )
-        for share in shares
-    ]  # fmt: skip
-    found: dict[Path, dict[str, float]] = {}
-    try:
-        for worker, share in zip(workers, shares, strict=True):
+class _Measured:
+    """Runs that some processes measure, side by side."""
+
+    def __init__(self, runs: Sequence[Path], systems: Sequence[str], processes: int) -> None:
+        self.runs, environment = runs, {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+        self._workers = [
+            subprocess.Popen(
+                [sys.executable, "-m", "depthsim.odometry.worker", ",".join(systems), *map(str, runs[k::processes])],
+                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment, text=True,
+            )
+            for k in range(min(processes, len(runs)))
+        ]  # fmt: skip
+
+    def figures(self) -> Figures:
+        """Of each run, once they are there."""
+        found: dict[Path, dict[str, float]] = {}
+        for k, worker in enumerate(self._workers):
             text, _ = worker.communicate(timeout=_LONGEST)
             if worker.returncode:
                 raise subprocess.CalledProcessError(worker.returncode, "odometry")
-            found |= zip(share, map(json.loads, text.splitlines()), strict=True)
-    finally:
-        for worker in workers:
+            found |= zip(self.runs[k :: len(self._workers)], map(json.loads, text.splitlines()), strict=True)
+        return [found[run] for run in self.runs]
+
+    def stop(self) -> None:
+        """End what still runs."""
+        for worker in self._workers:
             worker.kill()
             worker.communicate()
-    return [found[run] for run in runs]
 
 
 def _task(name: str, recorded: dict[str, float], before: Figures, after: Figures) -> Task:
