@@ -206,6 +206,17 @@ def test_many_parameters_do_not_follow_a_change_along_another_axis(own: float, l
     assert rules.is_for_another_axis(beside, SPREAD) is None
 
 
+@given(st.floats(0, 1), st.floats(0, 1))
+def test_many_parameters_leave_little_along_the_axis_that_an_effect_is_known_by(there: float, left: float) -> None:
+    limit = DepthConfig().agreement
+    gap = changes(SPREAD, 0.0625, [0, 0.0625 * there, 0])
+    one = asked("material_noise", gap, changes(SPREAD, 0.0, [0, 0.0625 * there * left, 0]), gap)
+    assert rules.leaves_own(one, SPREAD) is None  # of another formula with few parameters more may be left
+    said = rules.leaves_own(replace(one, flexible=True), SPREAD)
+    if min(abs(left - limit.left_of_own), abs(there - limit.uniform * (1 + there))) > 1e-9:
+        assert (said is not None) == (left > limit.left_of_own and there > limit.uniform * (1 + there))
+
+
 @pytest.mark.parametrize(("surface", "is_right"), [(0.99, True), (0.9, False)])
 def test_light_on_surfaces_is_asked_of_surfaces_and_not_of_where_they_are_seen(surface: float, is_right: bool) -> None:
     axes = [

@@ -8,7 +8,7 @@ import pytest
 
 from depthsim.gap.config import DepthConfig, DepthSelect
 from depthsim.gap.depth.fit import select
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidates import Candidate, Free
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import Search, Trial
@@ -89,6 +89,35 @@ def test_what_is_dropped_has_no_rivals_and_takes_others_like_it_with_it(monkeypa
     found = select._chain(cast("Search", search), SCORE, select._Chain(DepthSelect(), SCORE, 1.0))
     assert begun == [["noise", "other", "filter"], ["filter"]]
     assert found.model is None and found.nearest[0].effect == "noise"
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_what_is_refused_is_asked_in_its_other_form(monkeypatch: pytest.MonkeyPatch, better: bool) -> None:
+    search, first, other = FakeSearch(), Trial(model("light"), 0.2), Trial(model("light"), 0.1)
+    search.in_other_form = lambda so_far, trial: other if better and trial is first else None
+    search.disagreement = lambda of, number: "acts elsewhere" if of is first.model else None
+    monkeypatch.setattr(select, "_closes_enough", lambda *_: True)
+    begun = select._Chain(DepthSelect(), SCORE, 1.0)
+    found = select._first_supported(cast("Search", search), begun, [first])
+    assert found is (other if better else None)
+    assert ("light" in begun.refused) == (not better)
+
+
+@pytest.mark.parametrize(
+    ("effect", "gap", "enough"),
+    [("disparity_noise", 0.14, True), ("material_noise", 0.14, False), ("material_noise", 0.05, True)],
+)
+def test_a_small_cause_has_no_parameter_for_each_material(
+    monkeypatch: pytest.MonkeyPatch, effect: str, gap: float, enough: bool
+) -> None:
+    """What is left after another cause has closed 0.8 of the gap is mostly closed by either."""
+    search = FakeSearch()
+    search.makes_steps, search.is_flexible = (lambda of: False), (lambda candidate: False)
+    begun = chain(0.2, "lens_distortion")
+    begun.score = SimpleNamespace(above=0.1, floor=0.0)
+    free = {"material_noise": (Free(("m", "wood"), 0, 1, log=False, step=0.1),)}.get(effect, ())
+    trial = Trial(Model((Candidate(effect, free, {}, ((),)),), np.empty(0)), gap)
+    assert select._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
 
 
 @pytest.mark.parametrize(("noise", "named", "begins"), [(0.35, 1, True), (0.45, 1, False), (0.35, 2, False)])

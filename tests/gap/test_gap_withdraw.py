@@ -1,0 +1,84 @@
+"""Causes that are withdrawn: they act elsewhere than the gap lies first, or are what registered frames leave."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth.data.pose_errors import PoseErrors
+from depthsim.gap.depth.fit import withdraw
+from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.select import Selection
+from depthsim.gap.depth.fit.validate import Score, Validator
+from depthsim.gap.diagnosis import Cut
+
+SCORE = cast("Score", SimpleNamespace(above=1.0))
+VALIDATOR = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig(), base=())))
+
+
+def selection(*effects: str) -> Selection:
+    """Causes without parameters."""
+    return Selection(Model(tuple(Candidate(one, (), {}, ((),)) for one in effects), np.empty(0)), {}, (), ())
+
+
+def cut(axis: str, what: Any) -> Cut:
+    """A place where half of the gap lies."""
+    return Cut(axis=axis, label=axis, unit="", share_of_gap=0.5, what=what, text="")
+
+
+@pytest.mark.parametrize(
+    ("effects", "where", "closed", "left", "stays"),
+    [
+        (["fill_rate"], [("time", "missing")], 0.97, 1.0, False),  # it closes nearly all, and none of what comes first
+        (["fill_rate"], [("time", "missing")], 0.97, 0.05, True),
+        (["fill_rate"], [("time", "missing")], 0.9, 0.05, False),
+        (["fill_rate", "motion_noise"], [("time", "missing")], 0.9, 1.0, True),
+        (["ambient_light"], [("surface", "spread"), ("image_column", "spread")], 0.9, 1.0, True),  # known by surfaces
+        (["motion_noise"], [("surface", "spread"), ("image_column", "spread")], 0.9, 1.0, False),
+        (["motion_noise"], [("surface", "spread"), ("motion", "spread")], 0.9, 1.0, True),
+        (["edge_fattening"], [("residual_tail", "tail")], 0.9, 1.0, True),
+        (["baseline_scale"], [("residual_tail", "tail")], 0.9, 1.0, False),
+        (["stereo_shadow"], [("frame_neighbours", "missing"), ("edge_distance", "missing")], 0.9, 1.0, True),
+    ],
+)
+def test_causes_act_where_the_gap_lies_first(
+    monkeypatch: pytest.MonkeyPatch,
+    effects: list[str],
+    where: list[tuple[str, str]],
+    closed: float,
+    left: float,
+    stays: bool,
+) -> None:
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(withdraw, "left_of_change", lambda *_: left)
+    monkeypatch.setattr(withdraw, "credit", lambda *_: np.full(len(effects), closed / len(effects)))
+    given = selection(*effects)
+    found = withdraw.acting_elsewhere(VALIDATOR, given, SCORE, closed, [cut(*place) for place in where])
+    assert (found is given) == stays
+    if not stays:
+        assert not found.model.parts
+        assert {near.effect for near in found.nearest} == set(effects)
+
+
+@pytest.mark.parametrize(
+    ("angle", "closes", "gap", "stays"),
+    [(0.02, 0.2, 1.0, False), (0.5, 0.2, 1.0, True), (0.5, 0.01, 1.0, False), (0.5, 0.01, 0.0, True)],
+)
+def test_what_registered_frames_leave_is_no_cause(
+    monkeypatch: pytest.MonkeyPatch, angle: float, closes: float, gap: float, stays: bool
+) -> None:
+    """A mount that is hardly turned, and what closes next to nothing beside poses that are a cause."""
+    monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
+    monkeypatch.setattr(Model, "parameters", lambda model, number: {"x": angle, "y": 0.0, "z": 0.0})
+    monkeypatch.setattr(withdraw, "makes_steps", lambda *_: False)
+    errors = cast("PoseErrors", SimpleNamespace(turn_by_chance=0.1))
+    selecting = SimpleNamespace(evidence=VALIDATOR.evidence, quick=lambda effects: 1.0 - closes * len(effects))
+    given = selection("extrinsic_rotation")
+    found = withdraw.left_by_poses(errors, cast("Validator", selecting), given, gap)
+    assert (found is given) == stays
+    if not stays:
+        assert found.nearest[0].effect == "extrinsic_rotation"
+        assert found.nearest[0].closed_fraction == pytest.approx(closes)
