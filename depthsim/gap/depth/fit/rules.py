@@ -314,10 +314,11 @@ def leaves_own(asked: Asked, k: int) -> str | None:
     """Whether an effect with many parameters leaves much along the axis that it is known by.
 
     Whatever its formula, it follows what changes there. What changes along another axis it follows as well, at the cost
-    of its own: light from above for noise that grows with the height.
+    of its own: light from above for noise that grows with the height. But for holes, which by two shapes may both lie
+    where there were none.
     """
     limit, gap, left, does = asked.limit, asked.gap, asked.left, asked.does
-    if not asked.flexible or gap.whole[k] < limit.acts * gap.whole[ALL]:
+    if not asked.flexible or KINDS[k] == "missing" or gap.whole[k] < limit.acts * gap.whole[ALL]:
         return None
     axes = asked.validator.evidence.axes
     own = [n for n, axis in enumerate(axes) if (axis.name,) == asked.effect.axes[:1] and axis.kind == histograms.ERROR]
