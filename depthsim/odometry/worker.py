@@ -104,7 +104,10 @@ def main() -> None:
     os.nice(19)  # what begins it is waited for
     sys.modules["dash"] = MagicMock()  # Open3D takes four fifths of its time to load for what shows it in a browser
     systems, *folders = sys.argv[1:]
+    parent = os.getppid()
     for folder in folders:
+        if os.getppid() != parent:  # it was killed, and nobody waits
+            break
         print(json.dumps(figures_of(Path(folder), systems.split(","))), flush=True)
 
 
