@@ -46,13 +46,14 @@ def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Eff
 
 
 def left_of_change(validator: Validator, axis: str, what: str, before: Effects, after: Effects) -> float:
-    """Share that ``after`` leaves of how one kind of gap of ``before`` changes along an axis; 0 where it does not."""
+    """Share that ``after`` leaves of how a kind of gap of ``before`` changes along an axis; 0 where that is chance."""
     gap, left = (validator.once(against, effects) for effects in (before, after))
     k = KINDS.index(what) if what in KINDS else ALL
     sure, worth = worth_of(validator, gap, k)
-    worth = np.where([one.name == axis for one in validator.evidence.axes], worth, -np.inf)
-    first = int(np.argmax(worth))
-    return float(left.varies[k, first] / gap.varies[k, first]) if sure[first] and np.isfinite(worth[first]) else 0.0
+    first = int(np.argmax(np.where([one.name == axis for one in validator.evidence.axes], worth, -np.inf)))
+    still = left.varies[k, first] > validator.evidence.config.agreement.sure * left.chance[k, first]
+    known = sure[first] and still and validator.evidence.axes[first].name == axis
+    return float(left.varies[k, first] / gap.varies[k, first]) if known else 0.0
 
 
 def makes_steps(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
