@@ -25,11 +25,11 @@ def unsupported(validator: Validator, selecting: Validator, selection: Selection
 
     Without them no more is left there, or what they close is unknown by more than the whole gap.
     """
-    base = validator.evidence.base
-    start, full = (validator, base), (validator, selection.model.build(base))
+    base, model = validator.evidence.base, selection.model
+    start, full = (validator, base), (validator, model.build(base))
     limit = validator.config.unknown
-    for number in reversed(range(len(selection.model.parts))):
-        less = validator, selection.model.less(number).build(base)
+    for number in reversed(range(len(model.parts))):
+        less = validator, model.less(number).build(base)
         if validator.quick(less[1]) > validator.quick(full[1]) and closed_error(start, less, full) <= limit:
             continue
         why = "closes something on some frames, and on others nothing, or the opposite"
