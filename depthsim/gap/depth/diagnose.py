@@ -176,7 +176,8 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     if selection.model.parts and not is_cause and not evidence.stands_still:
         selection = withdraw.acting_elsewhere(validator, selection, before, gap.closed_fraction, where)
         if not selection.model.parts:
-            named, after, gap = False, before, _gap(before, before, 0.0, 0.0)
+            named = False
+            after, gap = _how_far(recorded, validator, selection, before)
 
     # Where is the rest?
     say("locating what is left")

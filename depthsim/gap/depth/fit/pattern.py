@@ -10,12 +10,13 @@ explains as well is left to them. Beside known causes it is all that they leave,
 says of the other.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.sparse.linalg import LinearOperator, cg
 
 from depthsim.camera import Camera, distort
 from depthsim.draws import Seed
@@ -369,10 +370,13 @@ class _Learner:
         weight, right = law.found**2 * whole.weight[box], law.found * down.T @ whole.error[box] @ across
 
         def times(x: Floats) -> Floats:
-            return np.asarray(down.T @ (weight * (down @ x @ across.T)) @ across + law.noise * x)
+            x = x.reshape(right.shape)
+            return np.ravel(down.T @ (weight * (down @ x @ across.T)) @ across + law.noise * x)
 
         # In units of the prior's root, without the inverse of a matrix that is nearly singular.
-        grid[np.ix_(*near)] = law.found * roots[0] @ _solve(times, right) @ roots[1].T
+        matrix = LinearOperator((right.size, right.size), matvec=times, dtype=np.float64)
+        solved = cg(matrix, right.ravel(), rtol=_ENOUGH, atol=0.0, maxiter=_MOST_STEPS)[0].reshape(right.shape)
+        grid[np.ix_(*near)] = law.found * roots[0] @ solved @ roots[1].T
         return grid
 
     def _noise_of(self, sums: Sequence[_Sums]) -> float:
@@ -402,21 +406,6 @@ class _Learner:
         held = (gain.sum() - gain) / (whole.sum() - whole) if len(gain) > 1 else np.zeros(1)
         removed = float(gain.sum() / whole.sum())
         return removed, float(np.sqrt((1 - 1 / len(gain)) * np.square(held - removed).sum()))
-
-
-def _solve(times: Callable[[Floats], Floats], right: Floats) -> Floats:
-    """x of times(x) = right, for a positive definite one: conjugate gradients (Hestenes and Stiefel 1952)."""
-    x, left, along = np.zeros_like(right), right, right
-    size = first = float((right**2).sum())
-    for _ in range(_MOST_STEPS):
-        if size <= _ENOUGH**2 * first:
-            break
-        moved = times(along)
-        step = size / float((along * moved).sum())
-        x, left = x + step * along, left - step * moved
-        before, size = size, float((left**2).sum())
-        along = left + size / before * along
-    return x
 
 
 def _half(law: Floats) -> float:

@@ -99,10 +99,15 @@ def shows_itself(validator: Validator, effect: type[Effect], before: Effects, af
     if not effect.axes or effect.axes[0] == "range":
         return True
     does = validator.once(done_by, before, after)
-    axes = enumerate(validator.evidence.axes)
-    own = [n for n, axis in axes if axis.name == effect.axes[0] and axis.kind == histograms.ERROR]
+    own = _known_by(validator, effect)
     least = validator.evidence.config.agreement.known_by * float(does.whole[ALL])
     return not own or float(does.varies[ALL, own].max()) >= least
+
+
+def _known_by(validator: Validator, effect: type[Effect]) -> list[int]:
+    """The cuts of errors along the axis that an effect is known by."""
+    axes = enumerate(validator.evidence.axes)
+    return [n for n, axis in axes if (axis.name,) == effect.axes[:1] and axis.kind == histograms.ERROR]
 
 
 def unseen_step(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
@@ -294,8 +299,7 @@ def not_itself(asked: Asked) -> str | None:
     gap, left, does, effect, limit = asked.gap, asked.left, asked.does, asked.effect, asked.limit
     if not effect.axes or effect.axes[0] == "range":  # the spread, in which errors are measured, goes with the range
         return None
-    axes = asked.validator.evidence.axes
-    own = [n for n, axis in enumerate(axes) if axis.name == effect.axes[0] and axis.kind == histograms.ERROR]
+    own = _known_by(asked.validator, effect)
     for k, kind in enumerate(KINDS):
         asks = kind in effect.kinds or (k == ALL and effect.kinds[0] == "tail")
         if not own or not asks or does.whole[k] < limit.acts * does.whole[ALL]:
@@ -320,8 +324,7 @@ def leaves_own(asked: Asked, k: int) -> str | None:
     limit, gap, left, does = asked.limit, asked.gap, asked.left, asked.does
     if not asked.flexible or KINDS[k] == "missing" or gap.whole[k] < limit.acts * gap.whole[ALL]:
         return None
-    axes = asked.validator.evidence.axes
-    own = [n for n, axis in enumerate(axes) if (axis.name,) == asked.effect.axes[:1] and axis.kind == histograms.ERROR]
+    own = _known_by(asked.validator, asked.effect)
     if not own:
         return None
     axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best

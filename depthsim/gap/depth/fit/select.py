@@ -121,9 +121,8 @@ def _chain(search: Search, score: Score, chain: _Chain) -> _Chain:
         if chain.model is None or (dropped and number < rounds):
             continue
         looked = [[trial for trial in step if not chain.is_out(trial.newest.effect)] for step in chain.looked]
-        named = chain.named
         whole, chain.ties = compare_rivals(search, chain.model, chain.gap, looked, chain.before)
-        if {part.effect for part in whole.parts} <= set(named):
+        if {part.effect for part in whole.parts} <= set(chain.named):
             break
         _confirm(search, score, chain, whole)  # a cause in place of another one may leave other things
     return chain
