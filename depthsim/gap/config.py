@@ -197,6 +197,9 @@ class DepthAgreement(Section):
         0.05,
         "of what a bias or holes do: with less of it changing along the axis that they are known by, they are others",
     )
+    in_lines: float = _value(
+        1.5, "times the variance of holes from row to row that a sensor has which loses pixels anywhere: more is lines"
+    )
     steps: float = _value(0.1, "bits by which the phases of disparities must differ for their steps to be wrong")
     brought: float = _value(
         0.01,

@@ -45,7 +45,7 @@ class HoleFilling(Effect):
     stage: ClassVar[Stage] = Stage.PROCESSING
     rank: ClassVar[int] = 2
     source: ClassVar[str] = "librealsense, src/proc/hole-filling-filter.h and doc/post-processing-filters.md"
-    axes = ("edge_distance", "image_column", "image_position")
+    axes = ("pixel_neighbours", "edge_distance", "image_column", "image_position")
     kinds = ("missing", "tail")
     recording = "a near object before a far background, with the camera's filters off and on"
     seen_on = ("stereo_shadow", "fill_rate")

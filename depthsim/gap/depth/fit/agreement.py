@@ -142,7 +142,11 @@ def disagreement(
     """
     if any(makes(validator, effect, before, after) for makes in (makes_steps, makes_doubling)):  # as nothing else does
         return None
-    if why := rules.is_idle(validator, effect, before, after) or rules.unseen_step(validator, effect, before, after):
+    if why := (
+        rules.is_idle(validator, effect, before, after)
+        or rules.unseen_step(validator, effect, before, after)
+        or rules.holes_are_in_lines(validator, effect, after)
+    ):
         return why
     was, least = validator.quick(before), validator.floor(before)
     well = was - validator.quick(after) >= validator.evidence.config.agreement.well * (was - least)

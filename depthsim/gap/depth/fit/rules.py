@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from depthsim.draws import Seed
 from depthsim.gap.config import DepthAgreement
 from depthsim.gap.depth.data import histograms
+from depthsim.gap.depth.data.lines import holes_in_lines
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.fit.changes import ALL, KINDS, Changes, Effects, cost, done_by, worth_of
 from depthsim.gap.depth.fit.validate import Validator
@@ -69,12 +70,17 @@ class Asked:
         return [one for one in formulas if along & set(one.axes) and (k is None or KINDS[k] in one.kinds)]
 
     def beside(self, k: int) -> int | None:
-        """The axis along which a kind of gap changes most of those along which no other cause of that kind acts; None
-        where that is none of the effect's."""
+        """The axis along which a kind of gap changes most of those along which no other cause acts, or of the effect's
+        own no other one of that kind; None where that is none of the effect's."""
         sure, worth = worth_of(self.validator, self.gap, k)
-        theirs = [bool(self.others(n, k)) for n in range(len(worth))]
+        theirs = [bool(self.others(n, k if own else None)) for n, own in enumerate(self.own)]
         axis = int(np.argmax(np.where(theirs, -np.inf, worth)))
         return axis if sure[axis] and self.own[axis] else None
+
+    def surely_left(self, k: int, axis: int) -> float:
+        """Share of how a kind of gap changes along an axis that is left beyond chance."""
+        left = float(self.left.varies[k, axis] - self.limit.sure * self.left.chance[k, axis])
+        return max(left, 0.0) / max(float(self.gap.varies[k, axis]), 1e-12)
 
     def change_along(self, k: int, axis: int) -> str:
         """What changes along which axis, in words."""
@@ -118,6 +124,36 @@ def unseen_step(validator: Validator, effect: type[Effect], before: Effects, aft
     if step is None or validator.once(_step, before) is not None:
         return None
     return f"makes steps of {step:.3g} px, and the recording has none"
+
+
+def holes_are_in_lines(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
+    """Whether an effect loses pixels anywhere, one by one, where the recording's holes come in rows or columns."""
+    if effect.axes or effect.kinds[0] != "missing":
+        return None
+    usual = max(validator.once(_lines_simulated, after), 1.0)
+    if validator.once(_lines_recorded) <= validator.evidence.config.agreement.in_lines * usual:
+        return None
+    return "loses pixels one by one, and the recording's holes come in rows or columns"
+
+
+def _lines_recorded(validator: Validator) -> float:
+    evidence, seen = validator.evidence, _surfaces(validator)
+    return holes_in_lines((evidence.recorded(i), surface) for i, surface in seen.items())
+
+
+def _lines_simulated(validator: Validator, effects: Effects) -> float:
+    evidence, seen = validator.evidence, _surfaces(validator)
+    shown = (evidence.pictures(effects, b, Seed("lines")) for b in validator.few)
+    return holes_in_lines(zip((picture for pictures in shown for picture in pictures), seen.values(), strict=True))
+
+
+def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
+    """(rows, width) of some frames, by their numbers: where a surface is seen, and the scene may be trusted."""
+    evidence = validator.evidence
+    some = (int(i) for b in validator.few for i in evidence.blocks[b])
+    trusted = {i: evidence.trusted(i) for i in some}
+    seen = {i: evidence.frames[i].geometry.depth > 0 for i in trusted}
+    return {i: seen[i] if mask is None else seen[i] & mask for i, mask in trusted.items()}
 
 
 def _step(validator: Validator, effects: Effects) -> float | None:
@@ -169,7 +205,7 @@ def leaves(asked: Asked, k: int) -> str | None:
     for axis in map(int, np.flatnonzero(strong & sure & (gap.varies[k] > uniform))):
         if axis != first and asked.others(axis):
             continue
-        share = max(float(left.varies[k, axis]), 0.0) / float(gap.varies[k, axis])
+        share = asked.surely_left(k, axis)
         if share > (along[axis] if axis == first else limit.untouched):
             return f"leaves {share:.0%} of how {asked.change_along(k, axis)}"
     return None
@@ -200,7 +236,7 @@ def _first(asked: Asked, k: int) -> int:
     """The axis along which a kind of gap changes most. One of another cause, whose formula may leave that, gives way to
     one of the effect's own, if much changes along it."""
     varies, first = asked.gap.varies[k], int(np.argmax(worth_of(asked.validator, asked.gap, k)[1]))
-    if k == ALL or not _is_theirs(asked, k, first):
+    if k == ALL or asked.own[first] or not asked.others(first):
         return first
     own = asked.beside(k)
     return first if own is None or varies[own] < asked.limit.beside * varies[first] else own
@@ -247,7 +283,7 @@ def is_for_another_axis(asked: Asked, k: int) -> str | None:
     first = int(np.argmax(worth))
     if not asked.flexible or asked.own[first] or asked.others(first) or not sure[first]:
         return None
-    share = max(float(asked.left.varies[k, first]), 0.0) / max(float(gap.varies[k, first]), 1e-12)
+    share = asked.surely_left(k, first)
     own = float(worth[asked.own].max(initial=0.0))
     if own >= limit.as_much * worth[first] or share <= limit.near_floor:
         return None
@@ -306,7 +342,7 @@ def not_itself(asked: Asked) -> str | None:
             continue
         axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
         if k == ALL:
-            share = left.varies[k, axis] / max(gap.varies[k, axis], 1e-12)
+            share = asked.surely_left(k, axis)
             return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > limit.untouched else None
         more = left.varies[k, axis] - gap.varies[k, axis] - limit.sure * left.chance[k, axis]
         if more > limit.idle * float(does.whole[k]):
@@ -321,7 +357,7 @@ def leaves_own(asked: Asked, k: int) -> str | None:
     of its own: light from above for noise that grows with the height. But for holes, which by two shapes may both lie
     where there were none.
     """
-    limit, gap, left, does = asked.limit, asked.gap, asked.left, asked.does
+    limit, gap, does = asked.limit, asked.gap, asked.does
     if not asked.flexible or KINDS[k] == "missing" or gap.whole[k] < limit.acts * gap.whole[ALL]:
         return None
     own = _known_by(asked.validator, asked.effect)
@@ -330,7 +366,7 @@ def leaves_own(asked: Asked, k: int) -> str | None:
     axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
     if gap.varies[k, axis] <= max(limit.uniform * gap.whole[k], limit.sure * gap.chance[k, axis]):
         return None
-    share = float(left.varies[k, axis] / gap.varies[k, axis])
+    share = asked.surely_left(k, axis)
     return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > limit.left_of_own else None
 
 
@@ -352,7 +388,7 @@ def smooths_elsewhere(asked: Asked) -> str | None:
     first = int(np.argmax(worth))
     if not sure[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k] or asked.others(first):
         return None
-    share = float(asked.left.varies[k, first] / gap.varies[k, first])
+    share = asked.surely_left(k, first)
     if share <= asked.limit.left_along or "edge_distance" in asked.validator.evidence.axes[first].names:
         return None
     return f"leaves {share:.0%} of how {asked.change_along(k, first)}"

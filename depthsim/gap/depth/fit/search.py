@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -145,7 +146,8 @@ class Search:
     def _leading(self, screened: Sequence[Model], base: Sequence[Effect]) -> list[Model]:
         """The leaders, of which not all make one kind of error, and whatever may make the recording's steps.
 
-        And of each kind of the gap the first that acts along the axis on which that changes most.
+        And of each kind of the gap the first that acts along the axis on which that changes most, and the first that is
+        known by that axis.
         """
         found: list[Model] = []
         steps = self.evidence.cuts.own_steps is not None
@@ -156,10 +158,11 @@ class Search:
             if leads or (steps and kind.axes[:1] == ("disparity_phase",)):
                 found.append(model)
         for kind_of_gap, along in first_axes(self.validator, base):
-            acting = (m for m in screened if _acts(m.parts[-1].effect, kind_of_gap, along))
-            first = next(acting, None)
-            if first is not None and all(first is not model for model in found):
-                found.append(first)
+            acting = [m for m in screened if _acts(m.parts[-1].effect, kind_of_gap, along)]
+            known_by = (m for m in acting if along & set(effect_class(m.parts[-1].effect).axes[:1]))
+            for first in (*acting[:1], *islice(known_by, 1)):
+                if all(first is not model for model in found):
+                    found.append(first)
         return found
 
     def _passed_over(self, screened: Sequence[Model], so_far: Model | None, earlier: Sequence[Trial]) -> list[Model]:
