@@ -23,7 +23,7 @@ from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.finer import with_fine_pattern
 from depthsim.gap.depth.fit.pattern import learn_pattern
-from depthsim.gap.depth.fit.poses import LATE, matter, register_frames
+from depthsim.gap.depth.fit.poses import matter, no_poses, register_frames
 from depthsim.gap.depth.fit.select import Selection, select
 from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
@@ -164,7 +164,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     if not is_cause and recorded is not validator:
         recorded, before = validator, validator.score(evidence.base)
     named = bool(selection.model.parts) or is_cause
-    said = poses.note(is_cause) if poses else LATE if errors and errors.are_of_time else ""
+    said = poses.note(is_cause) if poses else no_poses(errors)
     remarks = (*((said,) if said else ()), *_blind(evidence, without))
     if not named and not before.stands_out(config.significance) and poses is not None:
         return _no_gap(recorded, profile, before, *remarks)

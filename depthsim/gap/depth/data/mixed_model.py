@@ -242,15 +242,33 @@ class MixedModel:
 
     def _removed(self) -> float:
         """Of what each half holds of the motions' effect on it, the share that the other half's motions remove."""
-        said = self._halves_say()[0]
-        gained = whole = 0.0
+        whole = 0.0
+        for halves in self.halves:
+            for e in halves[:2]:
+                left = e.left(self.beta)
+                whole += float(left @ np.linalg.solve(e.jj + 1e-9 * np.trace(e.jj) * np.eye(6) + 1e-12, left))
+        return self._gained() / whole if whole > 0 else 0.0
+
+    def _gained(self) -> float:
+        """How much less squares are left on each half with the motions that the other half says."""
+        said, gained = self._halves_say()[0], 0.0
         for k, halves in enumerate(self.halves):
             for h in (0, 1):
-                e, other = halves[h], said[1 - h, k]
-                left = e.left(self.beta)
-                gained += float(2 * other @ left - other @ e.jj @ other)
-                whole += float(left @ np.linalg.solve(e.jj + 1e-9 * np.trace(e.jj) * np.eye(6) + 1e-12, left))
-        return gained / whole if whole > 0 else 0.0
+                left, other = halves[h].left(self.beta), said[1 - h, k]
+                gained += float(2 * other @ left - other @ halves[h].jj @ other)
+        return gained
+
+    def _gained_by(self, shapes: Floats) -> float:
+        """The same with errors of the sensor in place of motions: (nuisances, shapes) by which each frame differs."""
+        gained = 0.0
+        for halves in self.halves:
+            inner = [shapes.T @ e.nn @ shapes for e in halves[:2]]
+            left = [shapes.T @ (e.n - e.nn @ self.beta) for e in halves[:2]]
+            said = [np.linalg.pinv(a, hermitian=True) @ b for a, b in zip(inner, left, strict=True)]
+            for h in (0, 1):
+                other = said[1 - h]
+                gained += float(2 * other @ left[h] - other @ inner[h] @ other)
+        return gained
 
 
 def _pooled(variance: Floats, error: Floats) -> tuple[Floats, Floats]:

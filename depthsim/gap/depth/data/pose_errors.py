@@ -29,6 +29,8 @@ class PoseErrors:
     recording does not tell them apart from each other or from the camera's own errors. removed: of what rigid motions
     explain on one half of the pixels, the share that those found on the other half remove. along_motion: the share of
     the random motions' squares that lies along each frame's own velocity; of random ones that is about a sixth.
+    of_disparity: what an offset and a scale of each frame's disparities explain, over what its motion does, both found
+    on one half of the pixels for the other. Of a motion that is at most about 1.
     """
 
     deviation: Floats
@@ -44,11 +46,17 @@ class PoseErrors:
     late_error: float
     removed: float
     along_motion: float = 0.0
+    of_disparity: float = 0.0
 
     @property
     def are_of_time(self) -> bool:
         """Whether they are late or early rather than off: stamps that wander, or frames that are repeated."""
         return self.along_motion > _ALONG
+
+    @property
+    def are_of_disparity(self) -> bool:
+        """Whether they are the sensor's: another offset and scale in each frame, which explain more than a motion."""
+        return self.of_disparity > 1
 
     @property
     def is_none(self) -> bool:

@@ -103,12 +103,13 @@ class _Work(MixedModel):
         if not self._helps():
             self.variance, self.random = np.zeros(6), np.zeros_like(self.random)
         alike = self.beta[:7].copy(), self.beta_error[:7].copy()
+        of_disparity = self._of_disparity() if self.variance.any() else 0.0
         if self.variance.any():
             self._tell_apart()
             if self.variance.any():
                 self._refine()
         covariance = self._posterior()
-        errors = replace(self._errors(alike), along_motion=self._along_motion())
+        errors = replace(self._errors(alike), along_motion=self._along_motion(), of_disparity=of_disparity)
         return Registration(np.array(self.frames, np.int64), self.stamps, self.random, covariance, errors)
 
     def _tell_apart(self) -> None:
@@ -132,6 +133,13 @@ class _Work(MixedModel):
         if late**2 > _ONE**2 * self._lasting() / information:
             held[6] = False
             self._again(np.where(held, _NOTHING, free))
+
+    def _of_disparity(self) -> float:
+        """See :class:`PoseErrors`: an offset and a scale of the disparities of each frame."""
+        shapes = np.zeros((self.count, 2))
+        shapes[self.look.by_disparity] = np.stack([np.ones(len(self.look.knots)), self.look.knots], axis=1)
+        motions = self._gained()
+        return self._gained_by(shapes) / motions if motions > 0 else 0.0
 
     def _along_motion(self) -> float:
         """See :class:`PoseErrors`. Turns and shifts are weighted by how large they are."""

@@ -142,6 +142,8 @@ class Look:
 
     in_time: ClassVar[list[int]] = [6, 7, *range(11, 11 + _DRIFT)]
     """The nuisances that change with time or motion: stamps, rows, drift."""
+    by_disparity: ClassVar[slice] = slice(11 + _DRIFT, 11 + _DRIFT + _RANGES)
+    """Those that are a bias at each of ``knots``."""
 
     def _halves(self) -> NDArray[np.int8]:
         height, width = self.camera.shape

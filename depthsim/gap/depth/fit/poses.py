@@ -16,9 +16,13 @@ from depthsim.gap.depth.fit.validate import Validator, closed_error
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.effects.pose_noise import PoseNoise
 
-LATE = (
+_LATE = (
     "what the poses are off by lies along the camera's own motion, so it is their times that differ: stamps that are "
     "late or early, or frames that were repeated or lost"
+)
+_WANDERS = (
+    "from frame to frame the disparities are off by an offset and a scale that change, which explain more than errors "
+    "of the poses would"
 )
 _SURE = 3.0
 """Standard errors that the poses' errors must be off from those that the simulator has."""
@@ -55,16 +59,25 @@ class Poses:
         return "the frames were registered with the scene, which makes next to no difference to the gap"
 
 
+def no_poses(errors: PoseErrors | None) -> str:
+    """Why frames that differ from the scene were not registered with it, for a reader; "" where nothing differs."""
+    if errors is None or errors.is_unknown:
+        return ""
+    return _LATE if errors.are_of_time else _WANDERS if errors.are_of_disparity else ""
+
+
 def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
     """What the poses are off by, and the frames of ``given`` where they fit the scene.
 
-    None in place of these where the poses are right from frame to frame, or nobody knows, or their times are wrong.
+    None in place of these where the poses are right from frame to frame, or nobody knows, or what differs from frame to
+    frame are times or the sensor's scale.
     """
     held = next((effect for effect in given.base if isinstance(effect, PoseNoise)), None)
     frames = [int(i) for block in given.blocks for i in block]
     found = register(given.run, given.caster, frames, given.threads)
     errors = found.errors
-    if errors.is_unknown or errors.are_of_time or (errors.is_none and (held is None or held.is_neutral)):
+    others = errors.are_of_time or errors.are_of_disparity
+    if errors.is_unknown or others or (errors.is_none and (held is None or held.is_neutral)):
         return errors, None
     run, base = found.applied(given.run), without_errors(given.base)
     registered = Evidence(run, given.scene, given.materials, base, given.threads, given, given.config)
