@@ -68,6 +68,9 @@ class DepthData(Section):
     far_less_noise: float = _value(
         0.35, "of the simulator's spread: errors of a recording that has less are measured in a spread of its own"
     )
+    hidden: float = _value(
+        0.25, "of the pixels, off by more than their spread: behind such biases other causes are looked for once more"
+    )
     coarsest_step: float = _value(2.0, "[px] of disparity: coarser steps are indistinguishable from the scene's shape")
     step_seen: float = _value(0.15, "of the spectrum's line, 1 where all disparities lie on steps: below it none are")
     step_over_scene: float = _value(3.0, "times the scene's own spectrum that the line must be, too")

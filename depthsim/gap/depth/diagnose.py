@@ -19,12 +19,12 @@ from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit import withdraw
 from depthsim.gap.depth.fit.alignment import select_aligned
-from depthsim.gap.depth.fit.candidates import candidates, setting_of
+from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.finer import with_fine_pattern
 from depthsim.gap.depth.fit.pattern import learn_pattern
 from depthsim.gap.depth.fit.poses import matter, no_poses, register_frames
-from depthsim.gap.depth.fit.select import Selection, select
+from depthsim.gap.depth.fit.select import Selection, select, select_more
 from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.tasks.measure import tasks_of
@@ -155,6 +155,16 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
 
     # Which effects explain it?
     selection = _which(selecting, without, errors, say)
+    centred = evidence.centred(selection.model.build(evidence.base)) if selection.model.parts else None
+    drawn = validator  # as it is: errors are told from the scene's depth
+    if centred is not None:
+        say("looking behind the biases")
+        own = _parts(centred)
+        if more := select_more(own[1], _bank(evidence, without, errors), selection, say):
+            selection = more
+            if recorded is validator:
+                recorded, before = own[0], own[0].score(evidence.base)
+            (validator, selecting), evidence = own, centred
     if validator is not selecting:
         selection = withdraw.unsupported(validator, selecting, selection)
     selection = with_fine_pattern(selecting, selection, say)
@@ -184,6 +194,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     places_after, unexplained = _left(validator, selection, places, after, gap.closed_fraction, named)
 
     as_given, errors = (recorded, errors) if is_cause else (None, None)
+    drawn = recorded if is_cause else drawn
     diagnosis = Diagnosis(
         verdict=verdict_of(named, unexplained),
         gap=gap,
@@ -194,7 +205,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     )
     fixed = (*selection.model.build(evidence.base), *(() if poses is None else poses.effects(is_cause)))
     return Findings(
-        diagnosis, recorded.evidence, recorded, profile, fixed_profile(profile, fixed), before, after, selection,
+        diagnosis, drawn.evidence, drawn, profile, fixed_profile(profile, fixed), before, after, selection,
         places, places_after,
     )  # fmt: skip
 
@@ -222,18 +233,23 @@ def _no_gap(validator: Validator, profile: Profile, before: Score, *notes: str) 
 def _which(validator: Validator, without: Sequence[str], errors: PoseErrors | None, say: Say) -> Selection:
     """The effects that explain the gap, of all that may be wrong with the simulator. errors: of the poses."""
     evidence = validator.evidence
+    bank = _bank(evidence, without, errors)
+
+    def in_own_geometry(aligned: Evidence) -> Selection:
+        return _which(_parts(aligned)[1], (*without, AlignToColor.id), errors, say)
+
+    return select_aligned(evidence, validator, bank, in_own_geometry, say) or select(evidence, validator, bank, say)
+
+
+def _bank(evidence: Evidence, without: Sequence[str], errors: PoseErrors | None) -> list[Candidate]:
+    """What may be wrong with the simulator."""
     if not any(isinstance(effect, PoseNoise) for effect in evidence.base):
         # Registration is the better test of the poses: what it does not find, no fit of their spread may.
         without = (*without, PoseNoise.id)
     learned = {}
     if FixedPattern.id not in without and (pattern := learn_pattern(evidence)) is not None:
         learned[FixedPattern.id] = pattern.effect().model_dump()
-    bank = candidates(evidence.base, setting_of(evidence, learned, errors), without, evidence.config.fit)
-
-    def in_own_geometry(aligned: Evidence) -> Selection:
-        return _which(_parts(aligned)[1], (*without, AlignToColor.id), errors, say)
-
-    return select_aligned(evidence, validator, bank, in_own_geometry, say) or select(evidence, validator, bank, say)
+    return candidates(evidence.base, setting_of(evidence, learned, errors), without, evidence.config.fit)
 
 
 def _how_far(recorded: Validator, validator: Validator, selection: Selection, before: Score) -> tuple[Score, Gap]:

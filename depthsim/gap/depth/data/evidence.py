@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
@@ -34,6 +35,7 @@ from depthsim.sensor.effect import Effect
 from depthsim.sensor.effects.pose_noise import PoseNoise
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.pipeline import acting
+from depthsim.units import SATURATED
 
 Counts = NDArray[np.uint32]
 T = TypeVar("T")
@@ -116,6 +118,35 @@ class Evidence:
         """Let go of the geometry of all blocks but those, which is most of what is kept in memory."""
         frames = {int(i) for b in kept for i in self.blocks[b]}
         self.frames = {index: frame for index, frame in self.frames.items() if index in frames}
+
+    def centred(self, effects: Sequence[Effect]) -> "Evidence | None":
+        """The same frames, with errors measured from the depth that the biases of ``effects`` make; None where these
+        are small.
+
+        Beyond a bias of some times the spread nobody sees whether noise is stronger, or goes together.
+        """
+        biases = acting([one for one in effects if one.kinds[0] == "bias" and not isinstance(one, PoseNoise)])
+        if not biases:
+            return None
+        unit = np.float32(self.camera.depth_scale)
+
+        def moved(index: int) -> tuple[NDArray[np.float32], float]:
+            frame = self.frames[index]
+            clean, units = frame.geometry.depth.reshape(-1), self._measure(biases, index, SPREAD).reshape(-1)
+            expected = np.where((units > 0) & (units < SATURATED) & (clean > 0), units * unit, clean)
+            off = np.abs(expected - clean) * frame.per_spread > 1
+            return expected, float(off.sum() / max((clean > 0).sum(), 1))
+
+        frames = [*self.frames]
+        some = frames[:: max(1, len(frames) // 8)]
+        if np.mean([off for _, off in self.each(moved, some)]) < self.config.data.hidden:
+            return None
+        other = copy(self)
+        expected = (depth for depth, _ in self.each(moved, frames))
+        other.frames = {i: replace(self.frames[i], expected=one) for i, one in zip(frames, expected, strict=True)}
+        other._totals = {}
+        other._count_real()
+        return other
 
     def real_counts(self, blocks: Sequence[int]) -> Counts:
         """(blocks, size): what the recording shows."""
@@ -231,7 +262,8 @@ class Evidence:
             raw, clean = units.reshape(-1), frame.geometry.depth.reshape(-1)
             if bins.shape[1] != frame.places.shape[1]:
                 bins = np.zeros((len(bins), frame.places.shape[1]), np.uint8)
-            histograms.errors(raw, unit, clean, frame.per_spread, error, coarse)
+            expected = clean if frame.expected is None else frame.expected
+            histograms.errors(raw, unit, expected, frame.per_spread, error, coarse)
             if number < ahead:
                 before = coarse
                 continue

@@ -31,7 +31,8 @@ class CleanFrame:
     camera: that of the rows that are looked at; counted: which of them are counted. across: (pixels,) the clean
     depth beyond an edge [m], 0 where there is none. per_spread: (pixels,) 1 over the simulator's own spread of the
     depth [1/m]. places: (axes, pixels that are counted), see :func:`counting.places`. together: the axes
-    that are counted together, of which :func:`counting.bundles` says which these are.
+    that are counted together, of which :func:`counting.bundles` says which these are. expected: (pixels,) the depth
+    that errors are measured from [m]; the clean one where None.
     """
 
     index: int
@@ -44,6 +45,7 @@ class CleanFrame:
     per_spread: NDArray[np.float32]
     places: NDArray[np.unsignedinteger]
     together: list[Together] = field(default_factory=list)
+    expected: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         """Many sensors will see the geometry."""

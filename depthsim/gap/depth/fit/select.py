@@ -98,6 +98,23 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
     return Selection(model, ties, chain.nearest, tuple(chain.looked))
 
 
+def select_more(validator: Validator, bank: Sequence[Candidate], found: Selection, say: Say) -> Selection | None:
+    """Causes besides those of a selection from elsewhere; None where nothing is left for them. validator: see
+    :meth:`Evidence.centred`."""
+    evidence, model = validator.evidence, found.model
+    score, left = validator.score(evidence.base), validator.score(model.build(evidence.base))
+    if not left.stands_out(evidence.config.significance):
+        return None
+    search = Search(evidence, validator, bank, score.gap, score.floor, say)
+    begun = _Chain(search.config.select, left, search.validated(model).gap, model)
+    begun.refused = Refused({near.effect: near for near in found.nearest})
+    chain = _chain(search, score, begun)
+    if chain.model is None or not set(chain.named) > {part.effect for part in model.parts}:
+        return found
+    ties = {cause: equals for cause, equals in {**found.ties, **chain.ties}.items() if cause in chain.named}
+    return Selection(search.refined(chain.model), ties, chain.nearest, (*found.looked_at, *map(tuple, chain.looked)))
+
+
 def confirm(search: Search, selection: Selection) -> Selection:
     """The causes of a selection that was made elsewhere, as far as they are supported here."""
     refused = Refused({near.effect: near for near in selection.nearest})
