@@ -176,7 +176,8 @@ def leaves(asked: Asked, k: int) -> str | None:
     # The axis that it is known by is the right one, if the shape along it is not; of holes the more, as by two shapes
     # both may lie where there were none.
     well = np.inf if KINDS[k] == "missing" else limit.left_along if asked.flexible else limit.untouched
-    known_by = [effect.axes[:1] == (axis.name,) for axis in axes]
+    errors_by = next((name for name in effect.axes if not name.endswith("_neighbours")), None)
+    known_by = [axis.name == errors_by for axis in axes]
     along[known_by] = well if asked.closes_well else limit.left_along
     if asked.alone and effect.axes == ("range",) and KINDS[k] == "missing":  # four are, which their shapes tell apart
         along[known_by] = limit.shape
