@@ -129,15 +129,16 @@ class Search:
         return sorted(found, key=lambda trial: trial is not first)
 
     def in_other_form(self, so_far: Model | None, trial: Trial) -> Trial | None:
-        """An effect with many parameters in the form that closes more than that of ``trial``, if one does.
+        """An effect in the form that closes more than that of ``trial``, if one does; None for one with few parameters
+        that is not known by an axis along which the gap changes first.
 
         The first look at the bank is on few frames, and takes one form only.
         """
-        newest = trial.newest
-        if not self.is_flexible(newest):
+        newest, base = trial.newest, so_far.build(self.base) if so_far else self.base
+        first = {name for _, along in first_axes(self.validator, base) for name in along}
+        if not self.is_flexible(newest) and not first & set(effect_class(newest.effect).axes[:1]):
             return None
         alike = [c for c in self.bank if c.effect == newest.effect and c.replaces == newest.replaces and c != newest]
-        base = so_far.build(self.base) if so_far else self.base
         begun = [self.begin(candidate, base) for candidate in alike]
         trials = [self.validated(self.fit(so_far.plus(one) if so_far else one, 4)) for one in begun]
         best = min(trials, key=lambda other: other.gap, default=trial)

@@ -55,6 +55,17 @@ def left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selection
     return selection
 
 
+def adding_nothing(validator: Validator, selecting: Validator, selection: Selection, given: Validator) -> Selection:
+    """Without the causes that close nothing beside the poses' errors. given: the frames before they were registered."""
+    while selection.model.parts:
+        shares = credit(validator, validator.evidence.base, selection.model, given)[:-1]
+        least = int(np.argmin(shares))
+        if shares[least] > 0:
+            break
+        selection = _less(selecting, selection, least, "closes nothing beside the poses' errors")
+    return selection
+
+
 def acting_elsewhere(
     validator: Validator, selection: Selection, before: Score, closed: float, where: Sequence[Cut]
 ) -> Selection:
@@ -65,7 +76,8 @@ def acting_elsewhere(
     first = _first(where, selection)
     if first is None or not _acts_elsewhere(selection, first) or not _is_left(validator, selection, first, closed):
         return selection
-    return _refused(validator, selection, before, first.axis)
+    why = f"does not act along {first.axis.replace('_', ' ')}, on which the gap lies first"
+    return _refused(validator, selection, before, why)
 
 
 def _closes(selecting: Validator, selection: Selection, number: int) -> float:
@@ -125,10 +137,14 @@ def _is_left(validator: Validator, selection: Selection, first: Cut, closed: flo
     return left_of_change(validator, first.axis, first.what, base, selection.model.build(base)) > limit.near_floor
 
 
-def _refused(validator: Validator, selection: Selection, before: Score, first: str) -> Selection:
-    """No cause, and those that were as what comes near. first: the axis along which none of them acts."""
-    base, why = validator.evidence.base, f"does not act along {first.replace('_', ' ')}, on which the gap lies first"
-    shares = credit(validator, base, selection.model)
+def unsure(validator: Validator, selection: Selection, before: Score) -> Selection:
+    """Without any cause, where the frames differ so much that together they may close nothing."""
+    return _refused(validator, selection, before, "closes something on some frames, and on others nothing")
+
+
+def _refused(validator: Validator, selection: Selection, before: Score, why: str) -> Selection:
+    """No cause, and those that were as what comes near."""
+    shares = credit(validator, validator.evidence.base, selection.model)
     refused = Refused({near.effect: near for near in selection.nearest})
     for part, share in zip(selection.model.parts, shares, strict=True):
         refused.refuse(part.effect, share / max(before.above, 1e-12), why)

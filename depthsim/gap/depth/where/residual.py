@@ -26,6 +26,8 @@ def describe(places: Sequence[Place], cuts: Sequence[Cut]) -> str:
     text = f"{first.text} for {place_in_words(first)}"
     if len(cuts) > 1 and cuts[1].what != first.what:
         text += f"; besides, {cuts[1].text} for {place_in_words(cuts[1])}"
+    if closes < 0.005:
+        return f"{text}. No correction learned along one axis would close any of it."
     return f"{text}. A correction learned along one axis would close at most {closes:.0%} of it."
 
 
