@@ -61,6 +61,22 @@ def test_a_scale_that_is_wrong_all_the_time_is_no_drift(scaled: Path) -> None:
     assert "along time" in near["thermal_drift"]
 
 
+def test_what_a_large_bias_hides_is_found_behind_it(tmp_path: Path) -> None:
+    """Depths that are off by ten times their spread lie in the last bins, however they go together."""
+    scene, camera = load_scene("office"), preset("d435", 106, 60)
+    paper = load_profile("paper")
+    effects = (*paper.effects, BaselineScale(scale=1.15), effect_class("temporal_correlation")(correlation=0.6))
+    generate(
+        scene, load_trajectory("tour", scene, camera.rate, 18), camera, paper.model_copy(update={"effects": effects}),
+        tmp_path / "run", streams=("depth",), seed=3, threads=1,
+    )  # fmt: skip
+    bank = ("baseline_scale", "temporal_correlation", "spatial_correlation", "lateral_noise")
+    without = [name for name in effect_ids() if name not in bank]
+    found = diagnose(tmp_path / "run", sensor="paper", without=without, threads=1, tasks=False)
+    assert [cause.effect for cause in found.causes] == ["baseline_scale", "temporal_correlation"], found.unexplained
+    assert found.causes[1].parameters["correlation"] == pytest.approx(0.6, abs=0.1)
+
+
 @pytest.mark.parametrize(
     ("others", "left"), [(("bias", "spread"), 0.02), (("missing",), 0.06), ((), 0.08), (("spread", "missing"), 0.05)]
 )
@@ -181,6 +197,28 @@ def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: f
         assert (rules.leaves(one, HOLES) is None) == (left <= bound.left_along)
     alone = asked("material_dropout", gap, one.left, does)
     assert "along range" in str(rules.leaves(alone, HOLES))
+
+
+@given(st.floats(0, 1), st.floats(0, 1))
+def test_what_chance_leaves_is_held_against_no_effect(left: float, chance: float) -> None:
+    gap = changes(HOLES, 0.0, [0.0625, 0, 0])
+    rest = changes(HOLES, 0.0, [0.0625 * left, 0, 0])
+    one = asked("max_range", gap, replace(rest, chance=rest.chance + 0.0625 * chance), gap)
+    bound = DepthConfig().agreement
+    assert one.surely_left(HOLES, 0) == pytest.approx(max(left - bound.sure * chance, 0))
+    assert (rules.leaves(one, HOLES) is None) == (one.surely_left(HOLES, 0) <= bound.shape)
+
+
+def test_what_is_left_at_edges_gives_way_to_noise_along_an_axis_of_its_own() -> None:
+    """Noise by range, beside what the formula of another cause leaves at edges, where that is to make no noise."""
+    edges = SimpleNamespace(name="edge_distance", names={"edge_distance"}, kind=0, size=8, single=True)
+    gap, left = (changes(SPREAD, 0.0, [by_range, 0.0625, 0]) for by_range in (0.05, 0.005))
+    does = changes(SPREAD, 0.0, [0.045, 0, 0])
+    for before in ([effect_class("edge_fattening")()], []):
+        one = replace(asked("disparity_noise", gap, left, does, before), alone=False)
+        one.validator.evidence.axes = [AXES[0], edges, AXES[1]]  # type: ignore[list-item]
+        said = rules.leaves(one, SPREAD)
+        assert said is None if before else "along edge distance" in str(said)
 
 
 @given(st.floats(0, 1))

@@ -133,6 +133,21 @@ def test_times_that_wander_are_told_from_poses_that_are_off(room: Room, walk: Ru
     assert not room.register(walk).errors.are_of_time
 
 
+def test_a_scale_of_each_frame_is_told_from_poses_that_are_off(room: Room, walk: Run) -> None:
+    """Pictures that are by turns of two calibrations, which a rigid motion comes near to."""
+    run = room.record()
+    by_turns = 1 + 0.01 * (-1.0) ** np.arange(FRAMES)
+    read = type(run).depth
+
+    class Alternating(Run):
+        def depth(self, index: int) -> Floats:
+            return np.asarray(read(self, index) * np.float32(by_turns[index]))
+
+    errors = room.register(Alternating(**{name: getattr(run, name) for name in run.__dataclass_fields__})).errors
+    assert not errors.is_none and errors.are_of_disparity, errors.of_disparity
+    assert not room.register(walk).errors.are_of_disparity
+
+
 def test_what_is_constant_is_told_and_left_in(room: Room) -> None:
     off = pulled_walk()
     turned = room.register(room.record(off, extrinsic_rotation={"x": 0.8, "y": -0.6, "z": 0.3}))

@@ -21,7 +21,7 @@ def holes_in_lines(pictures: Iterable[tuple[NDArray[np.uint16], NDArray[np.bool_
             pixels, holes = surface.sum(axis=1 - axis), (surface & (units == 0)).sum(axis=1 - axis)
             rate = float(holes.sum()) / max(float(pixels.sum()), 1.0)
             share, per = holes / np.maximum(pixels, 1), 1 / np.maximum(pixels, 1)
-            three = np.lib.stride_tricks.sliding_window_view(pixels, 3).min(axis=1) >= _LEAST
+            three = np.minimum(np.minimum(pixels[:-2], pixels[2:]), pixels[1:-1]) >= _LEAST
             beside = share[1:-1] - (share[:-2] + share[2:]) / 2
             seen[axis] += float((beside**2)[three].sum())
             expected[axis] += rate * (1 - rate) * float((per[1:-1] + (per[:-2] + per[2:]) / 4)[three].sum())
