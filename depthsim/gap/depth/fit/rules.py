@@ -179,7 +179,7 @@ def leaves(asked: Asked, k: int) -> str | None:
     errors_by = next((name for name in effect.axes if not name.endswith("_neighbours")), None)
     known_by = [axis.name == errors_by for axis in axes]
     along[known_by] = well if asked.closes_well else limit.left_along
-    if asked.alone and effect.axes == ("range",) and KINDS[k] == "missing":  # four are, which their shapes tell apart
+    if effect.axes == ("range",) and KINDS[k] == "missing":  # four are, which their shapes tell apart
         along[known_by] = limit.shape
     if asked.learned:  # along its own axes as much is removed as other frames say for sure is there
         along[[axis.name in effect.axes for axis in axes]] = limit.untouched

@@ -100,20 +100,25 @@ class Search:
         return effect_class(model.parts[number].effect), before, after
 
     def step(
-        self, so_far: Model | None, earlier: Sequence[Trial] = (), is_out: Callable[[str], bool] = lambda _: False
+        self,
+        so_far: Model | None,
+        earlier: Sequence[Trial] = (),
+        is_out: Callable[[str], bool] = lambda _: False,
+        trusted: Sequence[str] = (),
     ) -> list[Trial]:
         """The leaders of the bank on top of ``so_far``, fitted in full, best first by the frames held out.
 
         earlier: the leaders of the step before, of which the first has become part of ``so_far``. is_out: whether an
-        effect is not to be looked at.
+        effect is not to be looked at. trusted: effects of ``so_far`` that leave too much where they act, and may stand
+        for two.
         """
         found: list[Trial] = []
         least = np.inf
         screened = self._leading(self._screen(so_far, is_out), so_far.build(self.base) if so_far else self.base)
-        for model in [*screened, *self._passed_over(screened, so_far, earlier)]:
+        for model in [*screened, *self._passed_over(screened, so_far, earlier, trusted)]:
             self.say(f"fitting {model.parts[-1].effect}")
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished=False)
-            for begin in self._otherwise(so_far, model, earlier) if so_far else ():
+            for begin in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
                 whole = min(whole, self._fit(begin, 3, polished=False), key=lambda fitted: fitted.loss)
             # One that is far behind after two rounds will not win; what it closes is reported as it is.
             if whole.loss < self.config.fit.far_behind * least:
@@ -166,18 +171,22 @@ class Search:
                     found.append(first)
         return found
 
-    def _passed_over(self, screened: Sequence[Model], so_far: Model | None, earlier: Sequence[Trial]) -> list[Model]:
+    def _passed_over(
+        self, screened: Sequence[Model], so_far: Model | None, earlier: Sequence[Trial], trusted: Sequence[str]
+    ) -> list[Model]:
         """Effects that came close in the step before, and now do not, where the first can stand for much."""
-        if so_far is None or not any(map(self.is_flexible, so_far.parts)):
+        if so_far is None or not (trusted or any(map(self.is_flexible, so_far.parts))):
             return []
         there = {model.parts[-1].effect for model in screened} | {part.effect for part in so_far.parts}
-        close = [c for c in earlier[:4] if c.newest.effect not in there and not c.newest.replaces]
+        close = [c for c in earlier[:4] if c.newest.effect not in there]
+        close = [c for c in close if not c.newest.replaces or (trusted and c.newest.replaces == {c.newest.effect})]
         return [Model((c.newest,), c.model.split(c.model.x)[-1]) for c in close]
 
-    def _otherwise(self, so_far: Model, model: Model, earlier: Sequence[Trial]) -> Iterator[Model]:
+    def _otherwise(
+        self, so_far: Model, model: Model, earlier: Sequence[Trial], trusted: Sequence[str]
+    ) -> Iterator[Model]:
         """Where else to begin with ``model`` on top of ``so_far``."""
-        if (afresh := self._afresh(so_far, model, earlier)) is not None:
-            yield afresh
+        yield from self._afresh(so_far, model, earlier, trusted)
         newest = model.parts[-1]
         for number, part in enumerate(so_far.parts):
             # What the errors of a pattern or of steps hide of the noise, a correlation of it cannot be fitted to.
@@ -187,21 +196,27 @@ class Search:
                 louder = Model(so_far.parts, np.concatenate(xs))
                 yield louder.plus(self.begin(newest, louder.build(self.base)))
 
-    def _afresh(self, so_far: Model, model: Model, earlier: Sequence[Trial]) -> Model | None:
-        """``model`` on top of ``so_far``, begun where the flexible causes have not yet taken up what is its own.
+    def _afresh(self, so_far: Model, model: Model, earlier: Sequence[Trial], trusted: Sequence[str]) -> Iterator[Model]:
+        """``model`` on top of ``so_far``, begun where that has not yet taken up what is its own.
 
-        An m for each of ten materials comes near to what many another effect does. With those fitted, the true cause
-        has little left to close, and the fit does not find the way back.
+        An m for each of ten materials comes near to what many another effect does, and holes from 0 m on to holes
+        anywhere beside holes far away. With those fitted, the true cause has little left to close, and the fit does not
+        find the way back.
         """
-        if not any(map(self.is_flexible, so_far.parts)):
-            return None
+        kind = effect_class(model.parts[-1].effect).kinds[0]
+        stands_for_two = [p.effect in trusted and effect_class(p.effect).kinds[0] == kind for p in so_far.parts]
+        if not (any(stands_for_two) or any(map(self.is_flexible, so_far.parts))):
+            return
         was = next((c for c in earlier if c.newest == model.parts[-1]), None)
         begin = Model(model.parts, was.model.split(was.model.x)[-1]) if was else model
-        xs = [
-            part.encode(part.starts[0]) if self.is_flexible(part) else x
-            for part, x in zip(so_far.parts, so_far.split(so_far.x), strict=True)
-        ]
-        return Model(so_far.parts, np.concatenate(xs)).plus(begin)
+        for number in range(
+            max(len(p.starts) if two else 1 for p, two in zip(so_far.parts, stands_for_two, strict=True))
+        ):
+            xs = [
+                part.encode(part.starts[number % len(part.starts)]) if two or self.is_flexible(part) else x
+                for part, x, two in zip(so_far.parts, so_far.split(so_far.x), stands_for_two, strict=True)
+            ]
+            yield Model(so_far.parts, np.concatenate(xs)).plus(begin)
 
     def is_flexible(self, candidate: Candidate) -> bool:
         """Whether it has so many parameters that it can stand for other effects."""

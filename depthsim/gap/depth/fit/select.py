@@ -42,7 +42,7 @@ class Selection:
 class _Chain:
     """Causes found one after the other. looked, before: the leaders of each step, and the gap before it; refused: by
     effect, what it closed and why it is none; asked: how often it was refused; dropped: effects that were causes until
-    all of them were there; trusted: how many were taken for the moment.
+    all of them were there; trusted: those that were taken for the moment.
 
     ties: the equals of each cause; gap, score: with all of them, on the frames held out. config: of the selection.
     """
@@ -56,7 +56,7 @@ class _Chain:
     refused: Refused = field(default_factory=Refused)
     asked: Counter[str] = field(default_factory=Counter)
     dropped: set[str] = field(default_factory=set)
-    trusted: int = 0
+    trusted: list[str] = field(default_factory=list)
     ties: Ties = field(default_factory=dict)
 
     def refuse(self, effect: str, closed: float, why: str) -> None:
@@ -217,11 +217,11 @@ def _grow(search: Search, chain: _Chain) -> None:
             break
         leaders = _leaders(search, chain)
         selected = _first_supported(search, chain, leaders)
-        if selected is None and chain.trusted < search.config.select.trusted:
+        if selected is None and len(chain.trusted) < search.config.select.trusted:
             itself = next((trial for trial in leaders if not search.stands_for_another(trial.model)), None)
             if itself and _closes_enough(search, chain, itself, leaders):
                 selected = itself
-                chain.trusted += 1
+                chain.trusted.append(itself.newest.effect)
         if selected is None:
             break
         chain.model, chain.gap = selected.model, selected.gap
@@ -235,7 +235,7 @@ def _leaders(search: Search, chain: _Chain) -> list[Trial]:
     if chain.model is None and chain.looked:  # they were fitted at the beginning
         leaders = chain.looked[0]
     else:
-        leaders = tuple(search.step(chain.model, chain.looked[-1] if chain.looked else (), chain.is_out))
+        leaders = tuple(search.step(chain.model, chain.looked[-1] if chain.looked else (), chain.is_out, chain.trusted))
         chain.looked.append(leaders)
         chain.before.append(chain.gap)
     return [trial for trial in leaders if not chain.is_out(trial.newest.effect)]
@@ -283,6 +283,8 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
         return True
     if gained < max(faint, limit.further_apart * left):
         return False
+    if not search.is_flexible(trial.newest):  # with many parameters as much is closed of anything
+        others = [other for other in others if other.gap < trial.gap or not search.is_flexible(other.newest)]
     along = search.left_along(trial.model)
     learned = learned_of(effect_class(trial.newest.effect))  # as much as other frames say for sure is there
     acts = along is not None and (bool(learned) or along <= limit.left_alone)
