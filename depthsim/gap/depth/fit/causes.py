@@ -34,7 +34,10 @@ def causes_of(
     causes = []
     for number, part in enumerate(model.parts):
         fraction = shares[number] / whole if whole > 0 else 0.0
-        half = closed_error(start, (validator, model.less(number).build(evidence.base)), full)
+        less = validator, model.less(number).build(evidence.base)
+        if given is None and validator.quick(less[1]) > validator.quick(start[1]):  # what cancels closes it together
+            less = start
+        half = closed_error(start, less, full)
         ties = selection.ties.get(part.effect, ())
         causes.append(
             Cause(

@@ -7,6 +7,7 @@ closes enough of that, and acts where it lies.
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -222,12 +223,35 @@ def _grow(search: Search, chain: _Chain) -> None:
             if itself and _closes_enough(search, chain, itself, leaders):
                 selected = itself
                 chain.trusted.append(itself.newest.effect)
+        if chain.model is None:
+            selected = _cancelling(search, chain, selected) or selected
         if selected is None:
             break
         chain.model, chain.gap = selected.model, selected.gap
         if len(chain.model.parts) > 1:
             _prune(search, chain)
         chain.score = search.validator.score(chain.model.build(search.base))
+
+
+def _cancelling(search: Search, chain: _Chain, alone: Trial | None) -> Trial | None:
+    """Two first causes that are known by the range alone, and cancel where most is seen, so that neither closes much.
+
+    Such as an offset of the disparities beside a scale, which a calibration at one range leaves. None where ``alone``
+    does nearly as well.
+    """
+    limit, whole = search.config.select, search.whole
+    least = limit.first * whole if alone is None else chain.gap - alone.gap + limit.near * whole
+    biases = {}
+    for candidate in search.bank if least < whole else ():
+        effect = effect_class(candidate.effect)
+        if effect.kinds == ("bias",) and effect.axes == ("range",) and not chain.is_out(effect.id):
+            biases[effect.id] = candidate
+    for first, second in combinations(biases.values(), 2):
+        begun = search.begin(first, search.base)
+        both = search.validated(search.fit(begun.plus(search.begin(second, begun.build(search.base))), 4))
+        if chain.gap - both.gap >= least and not any(search.disagreement(both.model, k, alone=True) for k in (0, 1)):
+            return both
+    return None
 
 
 def _leaders(search: Search, chain: _Chain) -> list[Trial]:

@@ -16,7 +16,8 @@ def credit(
 
     given: the frames as they were recorded, where those of ``validator`` are registered: registering is then one more
     cause, the last. A cause that another one hides closes nothing until that is there, as errors that go together do
-    not under coarse steps: where its mean is not above 0, it is taken after those that have no such mean.
+    not under coarse steps: where its mean is not above 0, it is taken after those that have no such mean. What still is
+    below 0, as of a scale and an offset that cancel, has half of what it closes with the one that closes most.
 
     Together they take off what the whole model does, as the gap without any of them and with all is that which
     of :meth:`Validator.score`; what lies between is from fewer simulated runs.
@@ -48,4 +49,11 @@ def credit(
     last = [gaps[frozenset(range(count)) - {k}] - gaps[frozenset(range(count))] for k in range(count)]
     # So are frames that are blurred by their poses, beside a large bias.
     hidden = {k for k in range(count) if shares[k] <= 0 < last[k]}
-    return mean([order for order in orders if set(order[count - len(hidden) :]) == hidden]) if hidden else shares
+    if not hidden:
+        return shares
+    found = np.array(mean([order for order in orders if set(order[count - len(hidden) :]) == hidden]))
+    for k in range(count):
+        if found[k] < 0 < last[k]:
+            both = [k, int(np.argmax(found))]
+            found[both] = found[both].mean()
+    return tuple(found.tolist())

@@ -27,10 +27,11 @@ def unsupported(validator: Validator, selecting: Validator, selection: Selection
     """
     base, model = validator.evidence.base, selection.model
     start, full = (validator, base), (validator, model.build(base))
-    limit = validator.config.unknown
+    whole = max(validator.score(base).above, 1e-12)
     for number in reversed(range(len(model.parts))):
         less = validator, model.less(number).build(base)
-        if validator.quick(less[1]) > validator.quick(full[1]) and closed_error(start, less, full) <= limit:
+        closes = (validator.quick(less[1]) - validator.quick(full[1])) / whole
+        if closes > 0 and closed_error(start, less, full) <= max(validator.config.unknown, closes):
             continue
         why = "closes something on some frames, and on others nothing, or the opposite"
         selection = _less(selecting, selection, number, why)

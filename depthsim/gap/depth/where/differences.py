@@ -58,8 +58,9 @@ def compare_cells(
     holes = float(weight @ numbers[:, 2]), float(weight @ numbers[:, 3])
     tails = float(weight @ numbers[:, 4]), float(weight @ numbers[:, 5])
     most = max(sizes, key=lambda key: sizes[key])
+    up_to = "up to " if len(cells) > 1 else ""
     said = {
-        "bias": f"mean error {_biggest(numbers[:, 0]):+.2f} times the simulator's spread",
+        "bias": f"median error {up_to}{_biggest(numbers[:, 0]):+.2f} times the simulator's spread",
         "spread": f"std {spread:.2f} times the simulator's",
         "missing": f"holes {100 * holes[0]:.1f} % against {100 * holes[1]:.1f} % simulated",
         "tail": f"{100 * tails[0]:.2f} % beyond {TAIL} spreads against {100 * tails[1]:.2f} % simulated",
