@@ -131,3 +131,23 @@ def test_another_beginning_is_tried_where_it_comes_near(
     first.looked = [(Trial(model("filter"), 0.2), Trial(model("noise"), noise))]
     others = list(select._other_beginnings(search, first))
     assert [one.model.parts[-1].effect for one in others] == (["noise"] if begins else [])
+
+
+@pytest.mark.parametrize(
+    ("alone", "both", "named"), [(0.5, 0.1, True), (0.15, 0.1, False), (None, 0.1, True), (None, 0.9, False)]
+)
+def test_what_cancels_is_tried_as_one(
+    monkeypatch: pytest.MonkeyPatch, alone: float | None, both: float, named: bool
+) -> None:
+    """Where what closes most by itself does not do nearly as well."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    search = FakeSearch(baseline_scale_disparity_offset=both)
+    search.bank = model("baseline_scale", "lens_distortion", "disparity_offset").parts  # type: ignore[attr-defined]
+    search.begin = lambda one, base: Model((one,), np.empty(0))  # type: ignore[attr-defined]
+    search.disagreement = lambda of, number, *, alone: None  # type: ignore[attr-defined]
+    begun = select._Chain(DepthSelect(), SCORE, 1.0)
+    first = None if alone is None else Trial(model("lens_distortion"), alone)
+    found = select._cancelling(cast("Search", search), begun, first)
+    assert (found is not None) == named
+    begun.dropped.add("baseline_scale")
+    assert select._cancelling(cast("Search", search), begun, first) is None

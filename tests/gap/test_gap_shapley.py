@@ -32,6 +32,11 @@ def test_a_cause_that_another_hides_has_what_it_closes_once_that_is_there() -> N
     assert shares({"": 1.0, "a": 0.03, "b": 1.04, "ab": 0.01}) == pytest.approx((0.97, 0.02))
 
 
+def test_two_that_cancel_share_what_they_close() -> None:
+    """A scale and an offset that a calibration at one range leaves: either alone makes it far worse."""
+    assert shares({"": 1.0, "a": 24.0, "b": 25.0, "ab": 0.1}) == pytest.approx((0.45, 0.45))
+
+
 def test_what_closes_nothing_has_nothing() -> None:
     assert shares({"": 1.0, "a": 0.03, "b": 1.01, "ab": 0.04})[1] < 0
 

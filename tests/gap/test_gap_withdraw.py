@@ -82,3 +82,23 @@ def test_what_registered_frames_leave_is_no_cause(
     if not stays:
         assert found.nearest[0].effect == "extrinsic_rotation"
         assert found.nearest[0].closed_fraction == pytest.approx(closes)
+
+
+def test_beside_errors_of_the_poses_a_cause_closes_something(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
+    parts = {"lateral_noise": -0.2, "disparity_noise": 0.4}
+
+    def credit(validator: Any, base: Any, model: Model, given: Any) -> tuple[float, ...]:
+        return (*(parts[part.effect] for part in model.parts), 0.5)
+
+    monkeypatch.setattr(withdraw, "credit", credit)
+    selecting = cast("Validator", SimpleNamespace(evidence=VALIDATOR.evidence, quick=lambda effects: 1.0))
+    found = withdraw.adding_nothing(VALIDATOR, selecting, selection(*parts), VALIDATOR)
+    assert [part.effect for part in found.model.parts] == ["disparity_noise"]
+    assert [near.effect for near in found.nearest] == ["lateral_noise"]
+
+
+def test_where_the_frames_do_not_agree_nothing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(withdraw, "credit", lambda *_: (0.4,))
+    found = withdraw.unsure(VALIDATOR, selection("fixed_pattern"), SCORE)
+    assert not found.model.parts and found.nearest[0].closed_fraction == 0.4
