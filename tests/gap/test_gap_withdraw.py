@@ -67,20 +67,21 @@ def test_causes_act_where_the_gap_lies_first(
     ("angle", "closes", "gap", "stays"),
     [(0.02, 0.2, 1.0, False), (0.5, 0.2, 1.0, True), (0.5, 0.01, 1.0, False), (0.5, 0.01, 0.0, True)],
 )
+@pytest.mark.parametrize("effect", ["extrinsic_rotation", "time_offset"])
 def test_what_registered_frames_leave_is_no_cause(
-    monkeypatch: pytest.MonkeyPatch, angle: float, closes: float, gap: float, stays: bool
+    monkeypatch: pytest.MonkeyPatch, effect: str, angle: float, closes: float, gap: float, stays: bool
 ) -> None:
-    """A mount that is hardly turned, and what closes next to nothing beside poses that are a cause."""
+    """A mount that is hardly turned, stamps that are hardly late, and what closes next to nothing beside poses."""
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
     monkeypatch.setattr(Model, "parameters", lambda model, number: {"x": angle, "y": 0.0, "z": 0.0})
     monkeypatch.setattr(withdraw, "makes_steps", lambda *_: False)
-    errors = cast("PoseErrors", SimpleNamespace(turn_by_chance=0.1))
+    errors = cast("PoseErrors", SimpleNamespace(turn_by_chance=0.1, late_by_chance=0.1))
     selecting = SimpleNamespace(evidence=VALIDATOR.evidence, quick=lambda effects: 1.0 - closes * len(effects))
-    given = selection("extrinsic_rotation")
+    given = selection(effect)
     found = withdraw.left_by_poses(errors, cast("Validator", selecting), given, gap)
     assert (found is given) == stays
     if not stays:
-        assert found.nearest[0].effect == "extrinsic_rotation"
+        assert found.nearest[0].effect == effect
         assert found.nearest[0].closed_fraction == pytest.approx(closes)
 
 

@@ -81,6 +81,11 @@ class PoseErrors:
         return float(np.degrees(_SURE * np.linalg.norm(self.constant_error[:3])))
 
     @property
+    def late_by_chance(self) -> float:
+        """How late the stamps may seem by what random errors leave on average [s]."""
+        return _SURE * self.late_error
+
+    @property
     def rotation(self) -> float:
         """Standard deviation of a turn about an axis that the scene shows [deg]."""
         return float(np.degrees(self.pooled[0]))

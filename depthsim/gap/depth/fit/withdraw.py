@@ -14,7 +14,7 @@ from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.diagnosis import Cut, Nearest
 from depthsim.gap.selection import Refused
 from depthsim.sensor.effect import effect_class
-from depthsim.sensor.effects.extrinsics import ExtrinsicRotation
+from depthsim.sensor.effects.extrinsics import ExtrinsicRotation, TimeOffset
 
 _PLACES = {"image_position", "surface"}
 _NEIGHBOURS = {"pixel_neighbours", "frame_neighbours"}
@@ -41,13 +41,16 @@ def unsupported(validator: Validator, selecting: Validator, selection: Selection
 def left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selection, gap: float) -> Selection:
     """Without what registered frames leave of the poses' errors. gap: with these, 0 where they are no cause.
 
-    A turn of the mount that is no more than what random errors leave on average, and what closes next to nothing of it.
+    A turn of the mount, or late stamps, that are no more than what random errors leave on average, and what closes next
+    to nothing of it.
     """
     limit = selecting.evidence.config.select.beside_poses
     for number, part in reversed([*enumerate(selection.model.parts)]):
-        angles = list(selection.model.parameters(number).values())
-        if part.effect == ExtrinsicRotation.id and np.linalg.norm(angles) < errors.turn_by_chance:
+        size = np.linalg.norm([*selection.model.parameters(number).values()])
+        if part.effect == ExtrinsicRotation.id and size < errors.turn_by_chance:
             why = "turns the mount by no more than the poses' errors leave on average"
+        elif part.effect == TimeOffset.id and size < errors.late_by_chance:
+            why = "moves the stamps by no more than the poses' errors leave on average"
         elif _closes(selecting, selection, number) < limit * gap and not _makes_steps(selecting, selection, number):
             why = "closes no more than what registering leaves of the poses' errors"
         else:
