@@ -101,12 +101,13 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
 
 def select_more(validator: Validator, bank: Sequence[Candidate], found: Selection, say: Say) -> Selection | None:
     """Causes besides those of a selection from elsewhere; None where nothing is left for them. validator: see
-    :meth:`Evidence.centred`."""
+    :meth:`Evidence.centred`. Further biases are none: so near to a large one, they are what its formula leaves."""
     evidence, model = validator.evidence, found.model
     score, left = validator.score(evidence.base), validator.score(model.build(evidence.base))
     if not left.stands_out(evidence.config.significance):
         return None
-    search = Search(evidence, validator, bank, score.gap, score.floor, say)
+    hidden = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] != "bias"]
+    search = Search(evidence, validator, hidden, score.gap, score.floor, say)
     begun = _Chain(search.config.select, left, search.validated(model).gap, model)
     begun.refused = Refused({near.effect: near for near in found.nearest})
     chain = _chain(search, score, begun)
