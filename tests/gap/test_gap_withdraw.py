@@ -103,3 +103,23 @@ def test_where_the_frames_do_not_agree_nothing_is_named(monkeypatch: pytest.Monk
     monkeypatch.setattr(withdraw, "credit", lambda *_: (0.4,))
     found = withdraw.unsure(VALIDATOR, selection("fixed_pattern"), SCORE)
     assert not found.model.parts and found.nearest[0].closed_fraction == 0.4
+
+
+@pytest.mark.parametrize(
+    ("beside", "closes", "stays"),
+    [("lens_distortion", 0.05, False), ("lens_distortion", 0.2, True), ("temporal_correlation", 0.05, True)],
+)
+def test_a_little_noise_everywhere_beside_a_bias_is_what_its_formula_leaves(
+    monkeypatch: pytest.MonkeyPatch, beside: str, closes: float, stays: bool
+) -> None:
+    monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
+    left = {"disparity_noise": closes, "incidence_noise": 0.01, beside: 0.5}
+    selecting = SimpleNamespace(
+        evidence=VALIDATOR.evidence,
+        score=lambda base: SCORE,
+        quick=lambda effects: 1 - sum(left[one] for one in effects),
+    )
+    given = selection(*left)
+    found = withdraw.left_by_biases(cast("Validator", selecting), given)
+    assert (found is given) == stays
+    assert stays or [part.effect for part in found.model.parts] == ["incidence_noise", beside]

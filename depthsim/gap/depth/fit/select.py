@@ -300,9 +300,8 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
     if _is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
         return False
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
-    # With so many parameters it takes up what the formulas of others leave, and noise all over what those of biases do.
-    takes_up = by_material or search.is_flexible(trial.newest) or _is_all_over(trial.newest.effect, chain.named)
-    if takes_up and gained < limit.further * search.whole:
+    # With so many parameters it takes up what the formulas of others leave.
+    if (by_material or search.is_flexible(trial.newest)) and gained < limit.further * search.whole:
         return False
     faint = search.config.significance.faint * chain.score.floor
     if closes_enough(gained, left, search.whole, faint, limit):
@@ -321,14 +320,6 @@ def _is_alike(effect: str, named: Sequence[str]) -> bool:
     """Whether a cause makes the same kind of error along the same axis first: an effect may be for what it leaves."""
     kinds = [(one.kinds[0], one.axes[:1]) for one in map(effect_class, (effect, *named))]
     return bool(kinds[0][1]) and kinds[0] in kinds[1:]
-
-
-def _is_all_over(effect: str, named: Sequence[str]) -> bool:
-    """Whether an effect makes noise everywhere, beside a cause that makes a bias."""
-    noise = effect_class(effect)
-    return (noise.kinds[0], noise.axes[:1]) == ("spread", ("range",)) and any(
-        effect_class(one).kinds[0] == "bias" for one in named
-    )
 
 
 def _closable(search: Search, trial: Trial) -> float:

@@ -59,6 +59,25 @@ def left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selection
     return selection
 
 
+def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
+    """Without a little noise everywhere beside a bias, which is how what a bias of another formula leaves looks.
+
+    While causes are looked for it stays: what took its place would be further from the truth.
+    """
+    causes = [effect_class(part.effect) for part in selection.model.parts]
+    most = selecting.evidence.config.select.further * selecting.score(selecting.evidence.base).above
+    for number, cause in reversed([*enumerate(causes)]):
+        everywhere = (cause.kinds[0], cause.axes[:1]) == ("spread", ("range",))
+        if (
+            everywhere
+            and any(one.kinds[0] == "bias" for one in causes)
+            and _closes(selecting, selection, number) < most
+        ):
+            why = "closes no more than what the formulas of the biases leave"
+            selection = _less(selecting, selection, number, why)
+    return selection
+
+
 def adding_nothing(validator: Validator, selecting: Validator, selection: Selection, given: Validator) -> Selection:
     """Without the causes that close nothing beside the poses' errors. given: the frames before they were registered."""
     while selection.model.parts:
