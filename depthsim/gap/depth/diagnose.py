@@ -160,13 +160,14 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     evidence = validator.evidence
 
     # Which effects explain it?
-    selection = _which(selecting, without, errors, say)
+    bank = _bank(evidence, without, errors)
+    selection = _which(selecting, bank, without, errors, say)
     centred = evidence.centred(selection.model.build(evidence.base)) if selection.model.parts else None
     drawn = validator  # as it is: errors are told from the scene's depth
     if centred is not None:
         say("looking behind the biases")
         own = _parts(centred)
-        if more := select_more(own[1], _bank(evidence, without, errors), selection, say):
+        if more := select_more(own[1], bank, selection, say):
             selection = more
             if recorded is validator:
                 recorded, before = own[0], own[0].score(evidence.base)
@@ -241,19 +242,21 @@ def _no_gap(validator: Validator, profile: Profile, before: Score, *notes: str) 
     return Findings(diagnosis, validator.evidence, validator, profile, profile, before, before, None, [], [])
 
 
-def _which(validator: Validator, without: Sequence[str], errors: PoseErrors | None, say: Say) -> Selection:
-    """The effects that explain the gap, of all that may be wrong with the simulator. errors: of the poses."""
-    evidence = validator.evidence
-    bank = _bank(evidence, without, errors)
+def _which(
+    validator: Validator, bank: Sequence[Candidate], without: Sequence[str], errors: PoseErrors | None, say: Say
+) -> Selection:
+    """The effects that explain the gap, of the bank. without: those that are not in it; errors: of the poses."""
 
     def in_own_geometry(aligned: Evidence) -> Selection:
-        return _which(_parts(aligned)[1], (*without, AlignToColor.id), errors, say)
+        less = (*without, AlignToColor.id)
+        return _which(_parts(aligned)[1], _bank(aligned, less, errors), less, errors, say)
 
+    evidence = validator.evidence
     return select_aligned(evidence, validator, bank, in_own_geometry, say) or select(evidence, validator, bank, say)
 
 
 def _bank(evidence: Evidence, without: Sequence[str], errors: PoseErrors | None) -> list[Candidate]:
-    """What may be wrong with the simulator."""
+    """All that may be wrong with the simulator. errors: of the poses."""
     if not any(isinstance(effect, PoseNoise) for effect in evidence.base):
         # Registration is the better test of the poses: what it does not find, no fit of their spread may.
         without = (*without, PoseNoise.id)

@@ -251,12 +251,11 @@ class MixedModel:
 
     def _gained(self) -> float:
         """How much less squares are left on each half with the motions that the other half says."""
-        said, gained = self._halves_say()[0], 0.0
-        for k, halves in enumerate(self.halves):
-            for h in (0, 1):
-                left, other = halves[h].left(self.beta), said[1 - h, k]
-                gained += float(2 * other @ left - other @ halves[h].jj @ other)
-        return gained
+        said = self._halves_say()[0]
+        return sum(
+            _crossed([e.jj for e in halves[:2]], [e.left(self.beta) for e in halves[:2]], said[:, k])
+            for k, halves in enumerate(self.halves)
+        )
 
     def _gained_by(self, shapes: Floats) -> float:
         """The same with errors of the sensor in place of motions: (nuisances, shapes) by which each frame differs."""
@@ -265,10 +264,15 @@ class MixedModel:
             inner = [shapes.T @ e.nn @ shapes for e in halves[:2]]
             left = [shapes.T @ (e.n - e.nn @ self.beta) for e in halves[:2]]
             said = [np.linalg.pinv(a, hermitian=True) @ b for a, b in zip(inner, left, strict=True)]
-            for h in (0, 1):
-                other = said[1 - h]
-                gained += float(2 * other @ left[h] - other @ inner[h] @ other)
+            gained += _crossed(inner, left, said)
         return gained
+
+
+def _crossed(inner: Sequence[Floats], left: Sequence[Floats], said: Sequence[Floats] | Floats) -> float:
+    """How much less squares are left on both halves of a frame, of normal equations inner · x = left, with the x that
+    is said by the other one."""
+    halves = zip(inner, left, (said[1], said[0]), strict=True)
+    return sum(float(2 * x @ right - x @ matrix @ x) for matrix, right, x in halves)
 
 
 def _pooled(variance: Floats, error: Floats) -> tuple[Floats, Floats]:
