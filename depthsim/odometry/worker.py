@@ -97,18 +97,15 @@ def surface_error(run: Run, beside: Path) -> float:
 
 
 def main() -> None:
-    """The figures of systems, with commas between, on the runs whose folders are named, a line of JSON each."""
+    """The figures of systems, with commas between, on the runs whose folders come in, a line of JSON for each line."""
     if hasattr(os, "sched_setaffinity"):
         cores = sorted(os.sched_getaffinity(0))
         os.sched_setaffinity(0, {cores[os.getpid() % len(cores)]})
     os.nice(19)  # what begins it is waited for
     sys.modules["dash"] = MagicMock()  # Open3D takes four fifths of its time to load for what shows it in a browser
-    systems, *folders = sys.argv[1:]
-    parent = os.getppid()
-    for folder in folders:
-        if os.getppid() != parent:  # it was killed, and nobody waits
-            break
-        print(json.dumps(figures_of(Path(folder), systems.split(","))), flush=True)
+    systems = sys.argv[1].split(",")
+    for line in sys.stdin:
+        print(json.dumps(figures_of(Path(line.rstrip("\n")), systems)), flush=True)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along, makes_doubling, makes_steps
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes
-from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
+from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, loss, polish, refine, start
 from depthsim.gap.depth.fit.rules import is_idle, shows_itself
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.selection import plainest
@@ -43,7 +43,7 @@ class Search:
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
         self._chance = validator.quick(evidence.base, self.config.fit.runs) - before
         self._few = first_look(evidence)
-        self._fitted: dict[frozenset[str], tuple[Model, tuple[int, bool]]] = {}
+        self._fitted: dict[frozenset[str], tuple[Model, int, bool]] = {}
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
 
     @property
@@ -112,19 +112,19 @@ class Search:
         effect is not to be looked at. trusted: effects of ``so_far`` that leave too much where they act, and may stand
         for two.
         """
-        found: list[Trial] = []
-        least = np.inf
-        screened = self._leading(self._screen(so_far, is_out), so_far.build(self.base) if so_far else self.base)
+        before = so_far.build(self.base) if so_far else self.base
+        screened = self._leading(self._screen(so_far, is_out), before)
+        begun: list[Model] = []
         for model in [*screened, *self._passed_over(screened, so_far, earlier, trusted)]:
             self.say(f"fitting {model.parts[-1].effect}")
-            whole = self.fit(so_far.plus(model) if so_far else model, 2, polished=False)
+            whole = self.fit(so_far.plus(model) if so_far else model, 2, polished_below=0)
             for begin in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
-                whole = min(whole, self._fit(begin, 3, polished=False), key=lambda fitted: fitted.loss)
-            # One that is far behind after two rounds will not win; what it closes is reported as it is.
-            if whole.loss < self.config.fit.far_behind * least:
-                whole = self.fit(whole, 4)
-            least = min(least, whole.loss)
-            found.append(self.validated(whole))
+                whole = min(whole, self._fit(begin, 3, polished_below=0)[0], key=lambda fitted: fitted.loss)
+            begun.append(whole)
+        target, roots = self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
+        without = loss(target, roots(tuple(before)))
+        least = min((whole.loss for whole in begun), default=np.inf)
+        found = [self.validated(self._further(whole, least, without)) for whole in begun]
         found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well the plainest comes first: holes everywhere before holes on every material.
         margin = self.config.select.tied * self.whole
@@ -132,6 +132,16 @@ class Search:
             margin = max(margin, self.config.select.taken_up * (self.validated(so_far).gap - found[0].gap))
         first = plainest(found, lambda trial: trial.gap, lambda trial: len(trial.newest.free), margin)
         return sorted(found, key=lambda trial: trial is not first)
+
+    def _further(self, model: Model, least: float, without: float) -> Model:
+        """One of the leaders, fitted in full if it may win; what the others close is reported as it is.
+
+        least: the loss of the best of them, without: that of what is there already.
+        """
+        config = self.config.fit
+        if model.loss > without or model.loss >= config.far_behind * least:
+            return model
+        return self.fit(model, 4, config.behind * least)
 
     def in_other_form(self, so_far: Model | None, trial: Trial) -> Trial | None:
         """An effect in the form that closes more than that of ``trial``, if one does; None for one with few parameters
@@ -222,21 +232,25 @@ class Search:
         """Whether it has so many parameters that it can stand for other effects."""
         return len(candidate.free) >= self.config.select.flexible
 
-    def fit(self, model: Model, rounds: int, polished: bool = True) -> Model:
-        """The model at its best parameters, on the frames for fitting; what was fitted before is not fitted again."""
-        known, done = self._fitted.get(_key(model), (model, (0, False)))
-        if done[0] >= rounds and done[1] >= polished:
+    def fit(self, model: Model, rounds: int, polished_below: float = np.inf) -> Model:
+        """The model at its best parameters, on the frames for fitting; what was fitted before is not fitted again.
+
+        polished_below: a loss, above which no other minima are looked for.
+        """
+        known, done, polished = self._fitted.get(_key(model), (model, 0, False))
+        if done >= rounds and (polished or known.loss >= polished_below):
             return known.in_order_of(model)
-        fitted = self._fit(model, rounds, polished)
-        self._fitted[_key(model)] = fitted, (rounds, polished)
+        fitted, polished = self._fit(model, rounds, polished_below)
+        self._fitted[_key(model)] = fitted, rounds, polished
         return fitted
 
-    def _fit(self, model: Model, rounds: int, polished: bool) -> Model:
+    def _fit(self, model: Model, rounds: int, polished_below: float) -> tuple[Model, bool]:
         arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
         model = refine(model, *arguments, self.config.fit, rounds)
+        polished = model.loss < polished_below
         if polished and len(model.x) <= 6:
             model = refine(polish(model, *arguments, self.config.fit, (1.0, 0.4)), *arguments, self.config.fit, 2)
-        return model
+        return model, polished
 
     def refined(self, model: Model) -> Model:
         """The model with parameters as fine as the frames for fitting determine them."""

@@ -79,7 +79,8 @@ def instead(search: Search, model: Model, cause: str, rival: Trial) -> Trial:
     number = [part.effect for part in model.parts].index(cause)
     newest = Model((rival.newest,), rival.model.split(rival.model.x)[-1])
     search.say(f"trying {rival.newest.effect} in place of {cause}")
-    return search.validated(search.fit(newest.plus(model.less(number)), 3))
+    near = search.config.fit.behind * model.loss
+    return search.validated(search.fit(newest.plus(model.less(number)), 3, near))
 
 
 def surely_worse(validator: Validator, other: tuple[Effect, ...], selected: tuple[Effect, ...]) -> bool:

@@ -67,7 +67,8 @@ class Odometry:
         self._why = "" if self._way is None or _is_installed() else "the extra `slam` is not installed"
         self._held = ExitStack()
         self._kept: Path | None = None
-        self._measured: list[_Measured] = []
+        self._runs: list[list[Path]] = []
+        self._workers = _Workers(systems)
 
     def __enter__(self) -> Self:
         return self
@@ -83,10 +84,11 @@ class Odometry:
             recording = []
             if self._kept is None:
                 self._kept = Path(self._held.enter_context(TemporaryDirectory(prefix="depthsim_odometry_")))
+                self._held.callback(self._workers.stop)
                 recording = [_write_recording(self._evidence, self._way, self._kept)]
-            runs = _write_runs(self._evidence, effects, self._way, self._kept / str(len(self._measured)))
-            self._measured.append(_Measured([*recording, *runs], self._systems, processes))
-            self._held.callback(self._measured[-1].stop)
+            runs = _write_runs(self._evidence, effects, self._way, self._kept / str(len(self._runs)))
+            self._runs.append([*recording, *runs])
+            self._workers.measure(self._runs[-1], processes)
 
     def tasks(self) -> tuple[Task, ...]:
         """The figures of the recording and of one or two sensors, before and after; of one, after is as before.
@@ -98,7 +100,8 @@ class Odometry:
         names = [name for name in ODOMETRY if name.endswith((*self._systems, "error"))]
         figures: list[Figures] = []
         with self._is_said():
-            figures = [measured.figures() for measured in self._measured]
+            found = self._workers.figures()
+            figures = [[found[run] for run in runs] for runs in self._runs]
         if self._why:
             return _without(names, self._why)
         recording, before = figures[0][0], figures[0][1:]
@@ -176,28 +179,40 @@ def _write(
     return folders
 
 
-class _Measured:
-    """Runs that some processes measure, side by side."""
+class _Workers:
+    """Processes that measure runs, side by side."""
 
-    def __init__(self, runs: Sequence[Path], systems: Sequence[str], processes: int) -> None:
-        self.runs, environment = runs, {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-        self._workers = [
-            subprocess.Popen(
-                [sys.executable, "-m", "depthsim.odometry.worker", ",".join(systems), *map(str, runs[k::processes])],
-                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment, text=True,
-            )
-            for k in range(min(processes, len(runs)))
-        ]  # fmt: skip
+    def __init__(self, systems: Sequence[str]) -> None:
+        self._systems = ",".join(systems)
+        self._workers: list[subprocess.Popen[str]] = []
+        self._given: list[list[Path]] = []
 
-    def figures(self) -> Figures:
-        """Of each run, once they are there."""
+    def measure(self, runs: Sequence[Path], processes: int) -> None:
+        """Begin to measure runs, as soon as those are done that were asked for before."""
+        for _ in range(min(processes, len(runs)) - len(self._workers)):
+            worker = subprocess.Popen(
+                [sys.executable, "-m", "depthsim.odometry.worker", self._systems],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            )  # fmt: skip
+            self._workers.append(worker)
+            self._given.append([])
+        for number, run in enumerate(runs):
+            at = number % len(self._workers)
+            self._given[at].append(run)
+            if (stdin := self._workers[at].stdin) is not None:
+                stdin.write(f"{run}\n")
+                stdin.flush()
+
+    def figures(self) -> dict[Path, dict[str, float]]:
+        """Of each run, once they are all there."""
         found: dict[Path, dict[str, float]] = {}
-        for k, worker in enumerate(self._workers):
+        for worker, runs in zip(self._workers, self._given, strict=True):
             text, _ = worker.communicate(timeout=_LONGEST)
             if worker.returncode:
                 raise subprocess.CalledProcessError(worker.returncode, "odometry")
-            found |= zip(self.runs[k :: len(self._workers)], map(json.loads, text.splitlines()), strict=True)
-        return [found[run] for run in self.runs]
+            found |= zip(runs, map(json.loads, text.splitlines()), strict=True)
+        return found
 
     def stop(self) -> None:
         """End what still runs."""
