@@ -121,7 +121,9 @@ class DepthSelect(Section):
     beside_poses: float = _value(
         0.02, "that a cause must close beside errors of the poses: registered frames have some of these left"
     )
-    least: float = _value(0.005, "that a cause must close beside a later one; below it, it is dropped")
+    least: float = _value(
+        0.005, "that a cause must close beside a later one, or it is dropped, and a further bias beside another one"
+    )
     stays: float = _value(
         0.7,
         "of what a further cause closes, that must stay where a rival is there before it: a true cause closes its own "
@@ -196,6 +198,9 @@ class DepthAgreement(Section):
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
     together: float = _value(0.2, "of what an effect does: with more going together, it is no independent error")
+    brought_together: float = _value(
+        0.03, "of a correlation of neighbours: one that is farther from the recording's by more is another's"
+    )
     idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
     known_by: float = _value(
         0.05,
@@ -229,6 +234,9 @@ class DepthSignificance(Section):
 
     excess: float = _value(8.0, "over all axes, above which there is a gap")
     excess_along_axis: float = _value(8.0, "along one axis, above which there is a gap")
+    least: float = _value(
+        1e-4, "bits per pixel: less is no gap; two ray casters differ by 4e-6 to 4e-5, of sensors without noise"
+    )
     faint: float = _value(0.1, "of the floor: less than this over it, and no cause, is no gap")
     runs: int = _count(16, "simulated of one sensor, to know how far two runs of it are apart")
     runs_resampled: int = _count(8, "of these that are taken when blocks of frames are left out in turn")

@@ -36,7 +36,7 @@ class FakeSearch:
     def validated(self, of: Model) -> Trial:
         return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])
 
-    def fit(self, of: Model, rounds: int) -> Model:
+    def fit(self, of: Model, rounds: int, polished_below: float = np.inf) -> Model:
         return of
 
     def say(self, text: str) -> None:
@@ -134,12 +134,20 @@ def test_another_beginning_is_tried_where_it_comes_near(
 
 
 @pytest.mark.parametrize(
-    ("alone", "both", "named"), [(0.5, 0.1, True), (0.15, 0.1, False), (None, 0.1, True), (None, 0.9, False)]
+    ("alone", "both", "along", "named"),
+    [
+        (0.5, 0.1, "image_radius", True),
+        (0.15, 0.1, "image_radius", False),
+        (0.15, 0.1, "range", True),
+        (None, 0.1, "range", True),
+        (None, 0.9, "range", False),
+    ],
 )
 def test_what_cancels_is_tried_as_one(
-    monkeypatch: pytest.MonkeyPatch, alone: float | None, both: float, named: bool
+    monkeypatch: pytest.MonkeyPatch, alone: float | None, both: float, along: str, named: bool
 ) -> None:
-    """Where what closes most by itself does not do nearly as well."""
+    """Where what closes most by itself does not do nearly as well, or does not act where the gap lies."""
+    monkeypatch.setattr(select, "first_axes", lambda validator, effects: [("bias", {along})])
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     search = FakeSearch(baseline_scale_disparity_offset=both)
     search.bank = model("baseline_scale", "lens_distortion", "disparity_offset").parts  # type: ignore[attr-defined]

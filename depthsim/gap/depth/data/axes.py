@@ -43,6 +43,7 @@ def make_axes(k: Cuts) -> list[Axis]:
         _edge_distance(ACROSS, single=False),
         _disparity_phase(k),
         _time(k),
+        _turn(),
         _time_by_range(k),
         _height(k),
         _surface(k),
@@ -229,6 +230,19 @@ def _time_cell(k: Cuts, c: Covariates, frame: int) -> Numbers:
 
 def _time(k: Cuts) -> Axis:
     return _ordered("time", len(k.times) + 1, lambda c, frame: _time_cell(k, c, frame), _time_edges(k), "s")
+
+
+def _turn() -> Axis:
+    """Every other frame: projectors and exposures can be set to change by turns."""
+    names = ("frames 0, 2, 4, ...", "frames 1, 3, 5, ...")
+
+    def label(cells: NDArray[np.int64]) -> str:
+        return "every other frame" + (f": {names[int(cells[0])]}" if len(cells) == 1 else "")
+
+    def cells(c: Covariates, frame: int) -> Numbers:
+        return np.full(c.depth.shape, frame % 2)
+
+    return Axis("time", ERROR, 2, cells, label, bars=(np.arange(2), names), drawn_as="every other frame")
 
 
 def _time_by_range(k: Cuts) -> Axis:

@@ -20,7 +20,7 @@ STEPS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
 
 MAGNITUDES = np.array([0.15, 0.4, 0.7, 1, 1.35, 1.7, 2.1, 2.6, 3.3, 4.5, 6.5, 10, 16, 30, 70], np.float32)
 ERROR_HOLE, ERROR_SATURATED, ERROR_NO_SURFACE = 32, 33, 34
-_DIFFERENCES = np.array([0.1, 0.3, 0.6, 1, 1.5, 2.2, 3.2, 5, 10, 30], np.float32)
+APART = np.array([0.1, 0.3, 0.6, 1, 1.5, 2.2, 3.2, 5, 10, 30], np.float32)
 _MIXES = np.array([-0.3, -0.1, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1], np.float32)
 _PHASES = 12
 BINS = np.array([35, 26, 26, 28, 28, 28, 10] + [_PHASES + 1] * (len(STEPS) + 1), np.int64)
@@ -36,7 +36,7 @@ def _signed(sizes: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.concatenate([np.nextafter(-sizes[::-1], _f(-np.inf)), np.zeros(1, np.float32), sizes])
 
 
-_ERRORS, _APART = _signed(MAGNITUDES), _signed(_DIFFERENCES)
+_ERRORS, _SIGNED_APART = _signed(MAGNITUDES), _signed(APART)
 _COARSE = _signed(np.array([0.3, 1], np.float32))[[0, 1, 3, 4]]
 
 
@@ -89,7 +89,7 @@ def _phase(disparity, per_step, coarse, out):
 def _difference(e, raw, other_e, other_raw, by, out):
     for u in range(e.size):
         by[u] = (e[u] - other_e[u]) * _HALF
-    _rank(by[: e.size], _APART, out)
+    _rank(by[: e.size], _SIGNED_APART, out)
     for u in range(e.size):
         here, there = raw[u] > 0, other_raw[u] > 0
         found = np.uint8(22) if raw[u] == other_raw[u] else out[u]

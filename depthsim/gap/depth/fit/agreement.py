@@ -146,6 +146,7 @@ def disagreement(
         rules.is_idle(validator, effect, before, after)
         or rules.unseen_step(validator, effect, before, after)
         or rules.holes_are_in_lines(validator, effect, after)
+        or rules.brings_together(validator, effect, before, after)
     ):
         return why
     was, least = validator.quick(before), validator.floor(before)

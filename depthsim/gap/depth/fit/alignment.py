@@ -35,8 +35,7 @@ def select_aligned(
     candidate = next((one for one in bank if one.effect == AlignToColor.id), None)
     if evidence.doubled is None or candidate is None or any(isinstance(e, AlignToColor) for e in evidence.base):
         return None
-    score = validator.score(evidence.base)
-    search = Search(evidence, validator, bank, score.gap, score.floor, say)
+    search = Search(evidence, validator, bank, evidence.base, say)
     say("taking the alignment that the doubled rows show")
     shown = tuple(values for values in candidate.starts if evidence.doubled[0] in values)
     alone = search.begin(replace(candidate, starts=shown), evidence.base)

@@ -10,6 +10,7 @@ from depthsim.gap.config import DepthAgreement
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.lines import holes_in_lines
 from depthsim.gap.depth.data.quantization import find_steps
+from depthsim.gap.depth.fit import neighbours
 from depthsim.gap.depth.fit.changes import ALL, KINDS, Changes, Effects, cost, done_by, worth_of
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
@@ -134,6 +135,17 @@ def holes_are_in_lines(validator: Validator, effect: type[Effect], after: Effect
     if validator.once(_lines_recorded) <= validator.evidence.config.agreement.in_lines * usual:
         return None
     return "loses pixels one by one, and the recording's holes come in rows or columns"
+
+
+def brings_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether a filter makes neighbours go together that do not in the recording, for the spread that it takes away."""
+    known = effect.axes[0] if effect.axes else ""
+    if effect.kinds[0] != "correlation" or known not in neighbours.KINDS:
+        return None
+    most = validator.evidence.config.agreement.brought_together
+    if neighbours.brought(validator, known, before, after) <= most:
+        return None
+    return f"makes errors go together along {known.replace('_', ' ')}, where the recording's do not"
 
 
 def _lines_recorded(validator: Validator) -> float:

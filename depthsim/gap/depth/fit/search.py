@@ -33,15 +33,16 @@ class Trial:
 
 
 class Search:
-    """Fits models. bank: what may be wrong; before, floor: the gap of the simulator as it is, and its least."""
+    """Fits models. bank: what may be wrong; before: the simulator that causes are added to, with what is known."""
 
     def __init__(
-        self, evidence: Evidence, validator: Validator, bank: Sequence[Candidate], before: float, floor: float, say: Say
+        self, evidence: Evidence, validator: Validator, bank: Sequence[Candidate], before: Sequence[Effect], say: Say
     ) -> None:
         self.evidence, self.validator, self.bank, self.say = evidence, validator, list(bank), say
-        self.before, self.floor, self.base, self.config = before, floor, evidence.base, evidence.config
+        score = validator.score(before)
+        self.before, self.floor, self.base, self.config = score.gap, score.floor, evidence.base, evidence.config
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
-        self._chance = validator.quick(evidence.base, self.config.fit.runs) - before
+        self._chance = validator.quick(before, self.config.fit.runs) - self.before
         self._few = first_look(evidence)
         self._fitted: dict[frozenset[str], tuple[Model, int, bool]] = {}
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}

@@ -14,6 +14,7 @@ import numpy as np
 from depthsim.gap.config import DepthSelect
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import Say, Search, Trial
@@ -87,7 +88,7 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
     effects that came first is put in its place, and causes are looked for once more.
     """
     score = validator.score(evidence.base)
-    search = Search(evidence, validator, bank, score.gap, score.floor, say)
+    search = Search(evidence, validator, bank, evidence.base, say)
     chain = _chain(search, score, _Chain(search.config.select, score, search.before))
     for other in _other_beginnings(search, chain):
         chain = _better(search, chain, _chain(search, score, other))
@@ -100,21 +101,30 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
 
 
 def select_more(validator: Validator, bank: Sequence[Candidate], found: Selection, say: Say) -> Selection | None:
-    """Causes besides those of a selection from elsewhere; None where nothing is left for them. validator: see
-    :meth:`Evidence.centred`. Further biases are none: so near to a large one, they are what its formula leaves."""
+    """Causes besides those of a selection from elsewhere; None where nothing is left for them.
+
+    validator: see :meth:`Evidence.centred`. Further biases are none, nor further noise beside a noise: so near to a
+    large one, they are what its formula leaves. If much of that is bias, there is nothing to see behind it.
+    """
     evidence, model = validator.evidence, found.model
-    score, left = validator.score(evidence.base), validator.score(model.build(evidence.base))
+    before = model.build(evidence.base)
+    left = validator.score(before)
     if not left.stands_out(evidence.config.significance):
         return None
-    hidden = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] != "bias"]
-    search = Search(evidence, validator, hidden, score.gap, score.floor, say)
-    begun = _Chain(search.config.select, left, search.validated(model).gap, model)
-    begun.refused = Refused({near.effect: near for near in found.nearest})
-    chain = _chain(search, score, begun)
+    has_noise = left.floor > evidence.config.significance.least  # without any, what is left is how depths are rounded
+    if not has_noise or any(kind == "bias" for kind, _ in first_axes(validator, before)):
+        return found
+    known = {effect_class(part.effect).kinds[0] for part in model.parts} & {"bias", "spread"}
+    hidden = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] not in known]
+    search = Search(evidence, validator, hidden, before, say)
+    strict = search.config.select.model_copy(update={"further": search.config.select.further_of_left})
+    search.config = search.config.model_copy(update={"select": strict})
+    chain = _chain(search, left, _Chain(strict, left, left.gap, model))
     if chain.model is None or not set(chain.named) > {part.effect for part in model.parts}:
         return found
+    nearest = tuple(near for near in found.nearest if near.effect not in chain.named)
     ties = {cause: equals for cause, equals in {**found.ties, **chain.ties}.items() if cause in chain.named}
-    return Selection(search.refined(chain.model), ties, chain.nearest, (*found.looked_at, *map(tuple, chain.looked)))
+    return Selection(search.refined(chain.model), ties, nearest, (*found.looked_at, *map(tuple, chain.looked)))
 
 
 def confirm(search: Search, selection: Selection) -> Selection:
@@ -238,10 +248,14 @@ def _cancelling(search: Search, chain: _Chain, alone: Trial | None) -> Trial | N
     """Two first causes that are known by the range alone, and cancel where most is seen, so that neither closes much.
 
     Such as an offset of the disparities beside a scale, which a calibration at one range leaves. None where ``alone``
-    does nearly as well.
+    does nearly as well, or as well if it acts along none of the axes on which the gap lies first.
     """
     limit, whole = search.config.select, search.whole
-    least = limit.first * whole if alone is None else chain.gap - alone.gap + limit.near * whole
+    least = limit.first * whole
+    if alone is not None:
+        along = {name for _, names in first_axes(search.validator, search.base) for name in names}
+        acts = along & set(effect_class(alone.newest.effect).axes)
+        least = chain.gap - alone.gap + (limit.near if acts else limit.tied) * whole
     biases = {}
     for candidate in search.bank if least < whole else ():
         effect = effect_class(candidate.effect)
@@ -298,6 +312,9 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
     if _is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
+        return False
+    biases = [effect_class(name).kinds[0] == "bias" for name in (trial.newest.effect, *chain.named)]
+    if biases[0] and any(biases[1:]) and gained < limit.least * search.whole:
         return False
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
     # With so many parameters it takes up what the formulas of others leave.

@@ -46,7 +46,7 @@ class Score:
     def stands_out(self, limit: DepthSignificance) -> bool:
         """Whether there is more than chance between recording and simulation."""
         along = bool(self.excess_by_axis.max() > limit.excess_along_axis)
-        return self.above > 0 and (self.excess > limit.excess or along)
+        return self.above > limit.least and (self.excess > limit.excess or along)
 
 
 class Validator:
