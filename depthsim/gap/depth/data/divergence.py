@@ -13,6 +13,8 @@ UNIT = "bits per pixel"
 Floats = NDArray[np.float64]
 _LEAST = 1e-300
 """In place of 0, which has no logarithm to multiply 0 by."""
+_FEW = 0.02
+"""Of the pixels: an axis that counts fewer has less weight, in proportion."""
 Counted = NDArray[np.integer] | NDArray[np.float64]
 """(size,) how many pixels are in each bin; weighted ones are no whole numbers."""
 
@@ -42,10 +44,10 @@ class Ruler:
         return np.asarray(np.add.reduceat(counts.astype(np.float64), self.starts))
 
     def weights(self, totals: Floats) -> Floats:
-        """(cells,) share of the cell in its axis, over the number of axes that saw anything."""
+        """(cells,) share of the cell in its axis, times that axis' own weight, see :meth:`_of_axes`."""
         in_axis = np.bincount(self.axis_of_cell, totals, self.axes)
-        seen = max(int((in_axis > 0).sum()), 1)
-        return totals / np.maximum(in_axis[self.axis_of_cell], 1) / seen
+        per: Floats = self._of_axes(totals) / np.maximum(in_axis, 1)
+        return np.asarray(totals * per[self.axis_of_cell])
 
     def roots(self, counts: Counted) -> Floats:
         """(size,) square roots of the shares within each cell, each times the root of the cell's weight.
@@ -77,13 +79,21 @@ class Ruler:
         return np.asarray(summed / np.maximum(in_axis, 1))
 
     def over_axes(self, by_axis: Floats, counts: Counted) -> Floats:
-        """(...) the mean of by_axis (..., axes) over the axes in which any pixel was counted; 0 if there is none.
+        """(...) the mean of by_axis (..., axes), weighted by :meth:`_of_axes`; 0 if no pixel was counted.
 
-        Which axes those are is for the scene, the poses and the mask to say, so they are the same for a recording and
-        for whatever sensor is simulated on it, one without any randomness included.
+        How many pixels an axis has is for the scene, the poses and the mask to say, so it is the same for a recording
+        and for whatever sensor is simulated on it, one without any randomness included.
         """
-        counted = np.bincount(self.axis_of_cell, self.totals(counts), self.axes) > 0
-        return np.asarray(by_axis[..., counted].sum(axis=-1) / max(int(counted.sum()), 1))
+        return np.asarray((by_axis * self._of_axes(self.totals(counts))).sum(axis=-1))
+
+    def _of_axes(self, totals: Floats) -> Floats:
+        """(axes,) the weight of each axis, with a sum of 1, or 0 without pixels.
+
+        The same for all but those that count few pixels, such as edges before one wall: they have mostly chance.
+        """
+        pixels = np.asarray(np.bincount(self.axis_of_cell, totals, self.axes), np.float64)
+        weight = np.minimum(pixels / max(_FEW * float(pixels.max(initial=0)), 1.0), 1)
+        return np.asarray(weight / max(float(weight.sum()), 1e-12))
 
     def gap(self, a: Counted, b: Counted) -> float:
         """The gap: the mean over the axes of :meth:`by_axis` [bits per pixel]."""

@@ -1,0 +1,98 @@
+"""Errors that go together, from pixel to pixel and from frame to frame, and frames that are unlike by turns."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from depthsim.gap import Diagnosis, diagnose
+from depthsim.gap.depth.data import histograms
+from depthsim.gap.depth.fit import neighbours
+from depthsim.presets import preset
+from depthsim.runs import Run
+from depthsim.runs.generate import generate
+from depthsim.runs.png import encode_png
+from depthsim.scenefile import load_scene
+from depthsim.sensor import load_profile
+from depthsim.sensor.effect import effect_ids
+from depthsim.trajectory import Trajectory, load_trajectory
+
+Change = Callable[[list[NDArray[np.uint16]]], list[NDArray[np.uint16]]]
+FRAMES = 18
+
+
+def recorded(folder: Path, change: Change, sensor: str = "paper", still: bool = False) -> Path:
+    """A run of the office whose pictures are changed after they are made."""
+    scene, camera = load_scene("office"), preset("d435", 106, 60)
+    path = load_trajectory("tour", scene, camera.rate, FRAMES)
+    if still:
+        first = np.zeros(FRAMES, np.intp)
+        path = Trajectory(path.stamps, path.positions[first], path.quaternions[first], path.name)
+    generate(scene, path, camera, load_profile(sensor), folder, streams=("depth",), seed=3, threads=1)
+    run = Run.open(folder)
+    pictures = change([run.depth_raw(index) for index in range(FRAMES)])
+    for file, picture in zip(run.files, pictures, strict=True):
+        file.write_bytes(encode_png(picture))
+    return folder
+
+
+def diagnosed(run: Path, sensor: str, *bank: str) -> Diagnosis:
+    without = [name for name in effect_ids() if name not in bank]
+    return diagnose(run, sensor=sensor, without=without, threads=1, tasks=False)
+
+
+@given(st.floats(-0.3, 0.9), st.floats(0.3, 3.0), st.integers(0, 2**32 - 1))
+def test_correlations_are_measured_whatever_the_spread(correlation: float, spread: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    one, other = rng.multivariate_normal([0, 0], [[1, correlation], [correlation, 1]], 20_000).T * spread
+    errors = np.histogram(one, [-np.inf, *-histograms.MAGNITUDES[::-1], 0, *histograms.MAGNITUDES, np.inf])[0]
+    apart = (one - other) / np.sqrt(2)
+    differences = np.histogram(apart, [-np.inf, *-histograms.APART[::-1], 0, *histograms.APART, np.inf])[0]
+    found = neighbours._of_differences(np.append(differences, np.zeros(4)), errors.astype(float))
+    assert found == pytest.approx(correlation, abs=0.15)
+    if spread == 1:
+        coarse = [np.searchsorted([-1, -0.3, 0.3, 1], x) for x in (one, other)]
+        table = np.bincount(coarse[0] * 5 + coarse[1], minlength=28).astype(float)
+        assert neighbours._of_table(table) == pytest.approx(correlation, abs=0.1)
+
+
+def test_frames_that_are_noisier_by_turns_are_told(tmp_path: Path) -> None:
+    """As where the projector is on in every other frame."""
+    rng = np.random.default_rng(0)
+
+    def change(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
+        spread = [0.008 * (index % 2) * picture for index, picture in enumerate(pictures)]
+        return [
+            np.where(picture > 0, np.maximum(rng.normal(picture, noise), 1), 0).astype(np.uint16)
+            for picture, noise in zip(pictures, spread, strict=True)
+        ]
+
+    found = diagnosed(recorded(tmp_path / "run", change), "paper", "disparity_noise", "material_noise", "motion_noise")
+    assert found.verdict == "unexplained", found.causes
+    assert ("time", "every other frame: frames 1, 3, 5, ...") in [(cut.axis, cut.label) for cut in found.where]
+
+
+def test_the_mean_of_three_frames_is_no_filter_of_the_picture(tmp_path: Path) -> None:
+    """It takes away as much of the noise, and neighbouring pixels stay independent."""
+
+    def change(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
+        recent = [pictures[max(index - 2, 0) : index + 1] for index in range(len(pictures))]
+        return [np.where(some[-1] > 0, np.mean(some, axis=0), 0).astype(np.uint16) for some in recent]
+
+    run = recorded(tmp_path / "run", change, "d415", still=True)
+    found = diagnosed(run, "d415", "spatial_filter", "disparity_noise")
+    assert "spatial_filter" not in [cause.effect for cause in found.causes]
+
+
+def test_what_two_ray_casters_differ_by_is_no_gap(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+
+    def change(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
+        return [picture + (rng.random(picture.shape) < 2e-4).astype(np.uint16) for picture in pictures]
+
+    found = diagnosed(recorded(tmp_path / "run", change, "clean"), "clean", "baseline_scale", "heavy_tails")
+    assert found.verdict == "no_gap", found.gap
