@@ -179,15 +179,26 @@ def _around(row, reach, low, high):
         _stretch(row[first + k : end + k], low[first:end], high[first:end])
 
 
+@inlined
+def _is_torn(costs, d, others, share):
+    """Whether a pixel at disparity ``d`` fits one of ``others`` as well, which is of another surface."""
+    limit = costs[d] * (1 + share)
+    for e in others:  # noqa: SIM110 - numba
+        if e >= 0 and abs(e - d) > JUMP and costs[e] < limit:
+            return True
+    return False
+
+
 @kernel
 def drop_torn_rows(start, stop, cost, whole, reach, share, out):  # noqa: ANN201 - numba
     """Drop the pixels whose window, in the left image or in the right, holds two surfaces and fits the other as well.
 
     whole: (H, W) int16, -1 where there is none; out: a copy of it, rows ``start`` to ``stop`` of which are changed.
-    reach: how far along the row the other surface may begin [px]. share: by which its cost must be higher. In the right
-    image it is half of both: then shadows end as far from objects as a D435's.
+    reach: how far along the row and the column the other surface may begin [px]. share: by which its cost must be
+    higher. In the right image it is half of both, along the row alone: then shadows end as far from objects as a
+    D435's. Along columns a D435 leaves no jump without a hole either.
     """
-    _, width = whole.shape
+    height, width = whole.shape
     low, high, right = np.empty(width, np.int16), np.empty(width, np.int16), np.empty(width, np.int16)
     right_low, right_high = np.empty(width, np.int16), np.empty(width, np.int16)
     for y in range(start, stop):
@@ -199,19 +210,21 @@ def drop_torn_rows(start, stop, cost, whole, reach, share, out):  # noqa: ANN201
                 right[x - row[x]] = max(right[x - row[x]], row[x])
         _around(row, reach, low, high)
         _around(right, reach // 2, right_low, right_high)
+        above, below = max(y - reach, 0), min(y + reach + 1, height)
+        for other in range(above, below):
+            _stretch(whole[other], low, high)
         for x in range(width):
             d = row[x]
             if d < 0:
                 continue
-            at = x - d
-            if max(high[x], right_high[at]) - d <= JUMP and d - min(low[x], right_low[at]) <= JUMP:
-                continue
-            limit = cost[y, x, d] * (1 + share)
-            for other in range(max(x - reach, 0), min(x + reach + 1, width)):
-                e = row[other]
-                if e >= 0 and abs(e - d) > JUMP and cost[y, x, e] < limit:
+            at, costs = x - d, cost[y, x]
+            if high[x] - d > JUMP or d - low[x] > JUMP:
+                beside = row[max(x - reach, 0) : min(x + reach + 1, width)]
+                if _is_torn(costs, d, beside, share) or _is_torn(costs, d, whole[above:below, x], share):
                     out[y, x] = -1
-                    break
+                    continue
+            if right_high[at] - d <= JUMP and d - right_low[at] <= JUMP:
+                continue
             limit = cost[y, x, d] * (1 + share / 2)
             for other in range(max(at - reach // 2, 0), min(at + reach // 2 + 1, width)):
                 e = right[other]
