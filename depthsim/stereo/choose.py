@@ -54,12 +54,11 @@ def _first(values, wanted, padded):
 
 
 @inlined
-def _lowest_point(total, at, disparities):
+def _lowest_point(at, before, lowest, after, disparities):
     """Of a parabola through the lowest cost, at ``at``, and the two beside it."""
-    if at == 0 or at >= disparities - 1:
-        return np.float32(at)
-    before, after = np.float32(total[at - 1]) - total[at], np.float32(total[at + 1]) - total[at]
-    return at + (before - after) / (np.float32(2) * max(before + after, np.float32(1)))
+    down, up = np.float32(before) - np.float32(lowest), np.float32(after) - np.float32(lowest)
+    lower = np.float32((down - up) / (np.float32(2) * max(down + up, np.float32(1))))
+    return np.float32(at + lower) if (at > 0) & (at < disparities - 1) else np.float32(at)
 
 
 @inlined
@@ -112,7 +111,7 @@ def choose_rows(  # noqa: ANN201 - numba
     back = np.full(4 * padded + LANES, 255, np.uint8)
     best, right = np.empty(width, np.int16), np.empty(width, np.uint8)
     lowest, second = np.empty(width, np.uint8), np.empty(width, np.uint8)
-    crowd = np.empty(width, np.int32)
+    crowd, before, after = np.empty(width, np.int32), np.empty(width, np.uint8), np.empty(width, np.uint8)
     # Costs, 0 to 63, and costs and columns of the right image's pixels that a pixel may be: one array, as numba frees
     # those of which nothing but the address is used any more.
     bytes_ = np.empty((4, padded + LANES), np.uint8)
@@ -144,10 +143,12 @@ def choose_rows(  # noqa: ANN201 - numba
                 lowest[x] = _gather(gathered + x * padded, there, vertical[y, x].ctypes.data, sums, padded)
                 at = _first(sums, lowest[x], padded)
                 best[x] = at
-                fine[y, x] = _lowest_point(bytes_[0], at, disparities)
+                before[x], after[x] = bytes_[0, np.uint32(max(at, 1) - 1)], bytes_[0, np.uint32(at + 1)]
                 limit, column = np.uint8(min(np.int64(lowest[x]) + above, 255)), np.uint8(x)
                 crowd[x], second[x] = _look_on(sums, at, lanes, column, limit, right_lowest, right_column, padded)
                 right[x] = bytes_[3, 0]
+            for x in range(width):
+                fine[y, x] = _lowest_point(best[x], before[x], lowest[x], after[x], disparities)
             for x in range(width):
                 d = best[x]
                 out[y, x], firm[y, x] = np.int16(-1), np.uint8(0)
