@@ -131,7 +131,7 @@ class MatcherSettings(_Part):
     )
     quantile: FiniteFloat = Field(default=0.5, ge=0, le=1, description="which quantile")
     torn_reach: int = Field(
-        default=4, ge=0, le=32, description="beside a jump, pixels that fit both sides are dropped [px]"
+        default=4, ge=0, le=32, description="beside a jump, along row or column, what fits both is dropped [px]"
     )
     torn_share: FiniteFloat = Field(default=0.2, ge=0, le=10, description="how much worse the other side must fit")
     worst_score: FiniteFloat = Field(
