@@ -88,13 +88,19 @@ def edge_rows(pictures: list[NDArray[np.float32]]) -> dict[str, str]:
     """The figures of edges and holes over some frames."""
     gaps = [np.concatenate(part) for part in zip(*map(figures.edge_gaps, pictures), strict=True)]
     to_near, to_far = np.sum([figures.bare_jumps(picture) for picture in pictures], axis=0)
+    columns = [figures.edge_gaps(picture.T) for picture in pictures]
+    across = np.concatenate([np.concatenate((one[0], one[2])) for one in columns])
+    ramps = [figures.ramp(pictures, *steps) for steps in ((3, 3.5), (3.5, 4), (4, 5))]
     rarer = f"{to_far / to_near:.0f} times rarer" if to_near else f"none against {to_far}"
     holes = np.percentile([(picture[:, 80:] == 0).mean() for picture in pictures], [10, 90])
     return {
         "shadow beyond step": f"{np.median(gaps[0] - gaps[1]):.1f} px",
         "holes on the right": f"{np.median(gaps[2]):.1f} px",
         "in between, of edge pixels": f"{100 * np.mean([figures.in_between(one) for one in pictures]):.1f} %",
+        "the same at steps of 3, 3.5, 4 to 5 px": ", ".join(f"{100 * between:.0f}" for between, _ in ramps) + " %",
+        "holes amid these": ", ".join(f"{100 * hole:.0f}" for _, hole in ramps) + " %",
         "far-near jumps without hole": rarer,
+        "jumps without hole, down": f"{100 * (across == 0).mean():.1f} %",
         "holes in clutter": f"{100 * holes[0]:.0f} to {100 * holes[1]:.0f} %",
     }
 

@@ -90,6 +90,20 @@ def in_between(disparity: Picture, reach: int = 4, least: float = 3.0) -> float:
     return float(between.sum() / max(edge.sum(), 1))
 
 
+def ramp(pictures: list[Picture], least: float, most: float, reach: int = 4) -> tuple[float, float]:
+    """Of the places amid a step of ``least`` to ``most`` [px] over 2 ``reach`` pixels of a row: of those with depth the
+    share that is well in between, and the share of holes."""
+    between = holes = count = 0
+    for picture in pictures:
+        ends, middle = np.stack([picture[:, : -2 * reach], picture[:, 2 * reach :]]), picture[:, reach:-reach]
+        step = np.abs(ends[0] - ends[1])
+        edge = (ends > 0).all(axis=0) & (step >= least) & (step < most)
+        between += int((edge & (np.abs(middle - ends.mean(axis=0)) < 0.25 * step)).sum())
+        holes += int((edge & (middle <= 0)).sum())
+        count += int(edge.sum())
+    return between / max(count - holes, 1), holes / max(count, 1)
+
+
 def bare_jumps(disparity: Picture, least: float = 3.0) -> tuple[int, int]:
     """Jumps without a hole, from far to near and from near to far, going right."""
     a, b = disparity[:, :-1], disparity[:, 1:]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from depthsim.camera import Camera
 from depthsim.kernels import inlined, kernel
+from depthsim.lanes import cut_off, high_product, load_floats, round_down, shift_down, store, to_floats
 from depthsim.materials import Materials
 from depthsim.moving import objects_seen
 from depthsim.parallel import core_count, split
@@ -19,21 +20,27 @@ from depthsim.scene import NO_TAG, Scene
 _LIGHT = np.array([0.35, 0.25, 0.90], np.float32)
 """Where the light comes from, world frame; the rest is ambient."""
 _WAVELENGTHS = (0.8, 0.2, 0.05, 0.0125)
-_BLOCK = 256
+_BLOCK, LANES = 256, 16
 _f, _i = np.float32, np.int32
+_ACROSS, _ALONG, _UP, _SECOND, _THIRD = np.array(
+    [0x8DA6B343, 0xD8163841, 0xCB1AB31F, 0x7FEB352D, 0x846CA68B], np.uint32
+).view(np.int32)
+"""Factors of the hash."""
 
 
-@kernel
-def _corner(x, y, z):
-    """A number in [0, 1) for a corner of the grid, by the integer hash of C. Wellons ("lowbias32")."""
-    h = (
-        np.uint32(x) * np.uint32(0x8DA6B343)
-        ^ np.uint32(y) * np.uint32(0xD8163841)
-        ^ np.uint32(z) * np.uint32(0xCB1AB31F)
-    )
-    h = np.uint32((h ^ (h >> np.uint32(16))) * np.uint32(0x7FEB352D))
-    h = np.uint32((h ^ (h >> np.uint32(15))) * np.uint32(0x846CA68B))
-    return _f(_i((h ^ (h >> np.uint32(16))) >> np.uint32(8))) * _f(2.0**-24)
+@inlined
+def _place(i, factor):
+    """What a corner's hash takes of its place along one axis: the product i · factor, its bits mixed once."""
+    low = i * factor
+    return low ^ shift_down(low, _i(16)) ^ high_product(i, factor) * _i(1 << 16)
+
+
+@inlined
+def _corner(place):
+    """Numbers in [0, 1) for corners of the grid, by the integer hash of C. Wellons ("lowbias32")."""
+    h = place * _SECOND
+    h = (h ^ shift_down(h, _i(15))) * _THIRD
+    return to_floats(shift_down(h ^ shift_down(h, _i(16)), _i(8))) * _f(2.0**-24)
 
 
 @inlined
@@ -42,23 +49,29 @@ def _mix(a, b, t):
 
 
 @inlined
-def _floor(x):
-    """The whole number at or below x, by machine instructions that every vector unit has."""
-    i = _i(x)
-    return i - _i(1) if x < _f(i) else i
+def _smooth(t):
+    return t * t * (_f(3) - _f(2) * t)
 
 
 @inlined
 def value_noise(x, y, z):  # noqa: ANN201 - numba
-    """Value noise in [0, 1] at a point given in grid units."""
-    ix, iy, iz = _floor(x), _floor(y), _floor(z)
-    u, v, w = x - _f(ix), y - _f(iy), z - _f(iz)
-    u, v, w = u * u * (_f(3) - _f(2) * u), v * v * (_f(3) - _f(2) * v), w * w * (_f(3) - _f(2) * w)
-    jx, jy, jz = ix + _i(1), iy + _i(1), iz + _i(1)
+    """Value noise in [0, 1] at points given in grid units, vectors of float32."""
+    fx, fy, fz = round_down(x), round_down(y), round_down(z)
+    ix, iy, iz = cut_off(fx), cut_off(fy), cut_off(fz)
+    u, v, w = _smooth(x - fx), _smooth(y - fy), _smooth(z - fz)
+    left, right = _place(ix, _ACROSS), _place(ix + _i(1), _ACROSS)
+    near, far = _place(iy, _ALONG), _place(iy + _i(1), _ALONG)
+    low, high = _place(iz, _UP), _place(iz + _i(1), _UP)
     bottom = _mix(
-        _mix(_corner(ix, iy, iz), _corner(jx, iy, iz), u), _mix(_corner(ix, jy, iz), _corner(jx, jy, iz), u), v
+        _mix(_corner(left ^ near ^ low), _corner(right ^ near ^ low), u),
+        _mix(_corner(left ^ far ^ low), _corner(right ^ far ^ low), u),
+        v,
     )
-    top = _mix(_mix(_corner(ix, iy, jz), _corner(jx, iy, jz), u), _mix(_corner(ix, jy, jz), _corner(jx, jy, jz), u), v)
+    top = _mix(
+        _mix(_corner(left ^ near ^ high), _corner(right ^ near ^ high), u),
+        _mix(_corner(left ^ far ^ high), _corner(right ^ far ^ high), u),
+        v,
+    )
     return _mix(bottom, top, w)
 
 
@@ -66,7 +79,7 @@ def value_noise(x, y, z):  # noqa: ANN201 - numba
 def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray_y, depth, face, shading, tag, image):
     """image = albedo · light · texture for pixels ``start`` to ``stop``. shading: (F,) the light on each face."""
     px, py, pz = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
-    texture = np.empty(_BLOCK, np.float32)
+    texture, noise = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
     for at in range(start, stop, _BLOCK):
         end = min(at + _BLOCK, stop)
         z, x, y, out = depth[at:end], ray_x[at:end], ray_y[at:end], image[at:end]
@@ -84,11 +97,18 @@ def _shade(start, stop, pose, pixel, wavelengths, albedos, contrasts, ray_x, ray
                 shown |= _i(length > _f(2) * (z[i] * pixel)) & _i(z[i] > _f(0))
             if shown == _i(0):
                 continue
+            for i in range(0, z.size, LANES):
+                qx, qy, qz = (
+                    load_floats(px[i:].ctypes.data, LANES) * scale,
+                    load_floats(py[i:].ctypes.data, LANES) * scale,
+                    load_floats(pz[i:].ctypes.data, LANES) * scale,
+                )
+                store(noise[i:].ctypes.data, value_noise(qx, qy, qz))
             for i in range(z.size):
                 # Full strength from six pixels a wavelength on, none below two.
                 fade = (length / (z[i] * pixel + _f(1e-6)) - _f(2)) * _f(0.25)
                 fade = min(max(fade, _f(0)), _f(1))
-                value = value_noise(px[i] * scale, py[i] * scale, pz[i] * scale)
+                value = noise[i]
                 # Steeper than it comes, so that patches have the edges that feature detectors look for.
                 value = min(max((value - _f(0.5)) * _f(2.5), _f(-0.5)), _f(0.5))
                 texture[i] += value * fade

@@ -92,6 +92,7 @@ _define(operator.add, _arithmetic("add"))
 _define(operator.sub, _arithmetic("sub"))
 _define(operator.mul, _arithmetic("mul"))
 _define(operator.truediv, {"float32": lambda builder, a, b: builder.fdiv(a, b)})
+_define(operator.xor, {"int32": lambda builder, a, b: builder.xor(a, b)})
 for _operation, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.eq, "==")):
     _define(_operation, _compare(_sign), compares=True)
 
@@ -174,6 +175,46 @@ def to_mask(typing: Any, where: Any) -> Any:
         return builder.sext(args[0], ir.VectorType(ir.IntType(32), where.count))
 
     return Lanes("int32", where.count)(where), codegen
+
+
+def _between(given: str, made: str, cast: str) -> Any:
+    def convert(typing: Any, values: Any) -> Any:
+        if values.kind != given:
+            return None
+
+        def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            return getattr(builder, cast)(args[0], ir.VectorType(_ELEMENTS[made], values.count))
+
+        return Lanes(made, values.count)(values), codegen
+
+    return intrinsic(convert)
+
+
+cut_off, to_floats = _between("float32", "int32", "fptosi"), _between("int32", "float32", "sitofp")
+"""float32 as int32, towards zero; int32 as float32."""
+
+
+@intrinsic
+def shift_down(typing: Any, values: Any, by: Any) -> Any:
+    """The bits of int32 moved down by ``by`` (int32), and zeros after them, whatever the sign."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.lshr(args[0], _spread(builder, args[1], by, values.count))
+
+    return values(values, types.int32), codegen
+
+
+@intrinsic
+def high_product(typing: Any, values: Any, factor: Any) -> Any:
+    """The upper 32 of the 64 bits of a product with ``factor``, both without sign; the bits stand in int32."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        wide = ir.VectorType(ir.IntType(64), values.count)
+        both = [builder.zext(one, wide) for one in (args[0], _spread(builder, args[1], factor, values.count))]
+        upper = builder.lshr(builder.mul(*both), ir.Constant(wide, [32] * values.count))
+        return builder.trunc(upper, args[0].type)
+
+    return values(values, types.int32), codegen
 
 
 def _unary(name: str) -> Any:

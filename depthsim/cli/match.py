@@ -24,8 +24,6 @@ def match(
     threads: Annotated[int | None, typer.Option(min=1, help="Threads. [default: all cores]")] = None,
 ) -> None:
     """Match a real or simulated pair as the active stereo sensor does, and write the depth of the left image."""
-    import numpy as np
-
     from depthsim.camera import read_camera
     from depthsim.runs.png import encode_png
     from depthsim.runs.storing import write_whole
@@ -54,7 +52,9 @@ def match(
     depth = to_depth(Matcher(how).match(*pair, threads=threads), eye.focal_baseline)
     write_whole(out, encode_png(to_depth_raw(depth, eye)))
     found = depth[depth > 0]
-    range_ = f", {found.min():.2f} to {found.max():.2f} m, median {np.median(found):.2f} m" if found.size else ""
+    # NumPy's median imports masked arrays: 0.03 s.
+    found.partition(found.size // 2)
+    range_ = f", {found.min():.2f} to {found.max():.2f} m, median {found[found.size // 2]:.2f} m" if found.size else ""
     print(f"{out}: {100 * found.size / depth.size:.1f} % of the pixels have depth{range_}")
 
 

@@ -54,12 +54,11 @@ def _first(values, wanted, padded):
 
 
 @inlined
-def _lowest_point(total, at, disparities):
+def _lowest_point(at, before, lowest, after, disparities):
     """Of a parabola through the lowest cost, at ``at``, and the two beside it."""
-    if at == 0 or at >= disparities - 1:
-        return np.float32(at)
-    before, after = np.float32(total[at - 1]) - total[at], np.float32(total[at + 1]) - total[at]
-    return at + (before - after) / (np.float32(2) * max(before + after, np.float32(1)))
+    down, up = np.float32(before) - np.float32(lowest), np.float32(after) - np.float32(lowest)
+    lower = np.float32((down - up) / (np.float32(2) * max(down + up, np.float32(1))))
+    return np.float32(at + lower) if (at > 0) & (at < disparities - 1) else np.float32(at)
 
 
 @inlined
@@ -112,7 +111,7 @@ def choose_rows(  # noqa: ANN201 - numba
     back = np.full(4 * padded + LANES, 255, np.uint8)
     best, right = np.empty(width, np.int16), np.empty(width, np.uint8)
     lowest, second = np.empty(width, np.uint8), np.empty(width, np.uint8)
-    crowd = np.empty(width, np.int32)
+    crowd, before, after = np.empty(width, np.int32), np.empty(width, np.uint8), np.empty(width, np.uint8)
     # Costs, 0 to 63, and costs and columns of the right image's pixels that a pixel may be: one array, as numba frees
     # those of which nothing but the address is used any more.
     bytes_ = np.empty((4, padded + LANES), np.uint8)
@@ -144,10 +143,12 @@ def choose_rows(  # noqa: ANN201 - numba
                 lowest[x] = _gather(gathered + x * padded, there, vertical[y, x].ctypes.data, sums, padded)
                 at = _first(sums, lowest[x], padded)
                 best[x] = at
-                fine[y, x] = _lowest_point(bytes_[0], at, disparities)
+                before[x], after[x] = bytes_[0, np.uint32(max(at, 1) - 1)], bytes_[0, np.uint32(at + 1)]
                 limit, column = np.uint8(min(np.int64(lowest[x]) + above, 255)), np.uint8(x)
                 crowd[x], second[x] = _look_on(sums, at, lanes, column, limit, right_lowest, right_column, padded)
                 right[x] = bytes_[3, 0]
+            for x in range(width):
+                fine[y, x] = _lowest_point(best[x], before[x], lowest[x], after[x], disparities)
             for x in range(width):
                 d = best[x]
                 out[y, x], firm[y, x] = np.int16(-1), np.uint8(0)
@@ -179,15 +180,26 @@ def _around(row, reach, low, high):
         _stretch(row[first + k : end + k], low[first:end], high[first:end])
 
 
+@inlined
+def _is_torn(costs, d, others, share):
+    """Whether a pixel at disparity ``d`` fits one of ``others`` as well, which is of another surface."""
+    limit = costs[d] * (1 + share)
+    for e in others:  # noqa: SIM110 - numba
+        if e >= 0 and abs(e - d) > JUMP and costs[e] < limit:
+            return True
+    return False
+
+
 @kernel
 def drop_torn_rows(start, stop, cost, whole, reach, share, out):  # noqa: ANN201 - numba
     """Drop the pixels whose window, in the left image or in the right, holds two surfaces and fits the other as well.
 
     whole: (H, W) int16, -1 where there is none; out: a copy of it, rows ``start`` to ``stop`` of which are changed.
-    reach: how far along the row the other surface may begin [px]. share: by which its cost must be higher. In the right
-    image it is half of both: then shadows end as far from objects as a D435's.
+    reach: how far along the row and the column the other surface may begin [px]. share: by which its cost must be
+    higher. In the right image it is half of both, along the row alone: then shadows end as far from objects as a
+    D435's. Along columns a D435 leaves no jump without a hole either.
     """
-    _, width = whole.shape
+    height, width = whole.shape
     low, high, right = np.empty(width, np.int16), np.empty(width, np.int16), np.empty(width, np.int16)
     right_low, right_high = np.empty(width, np.int16), np.empty(width, np.int16)
     for y in range(start, stop):
@@ -199,19 +211,21 @@ def drop_torn_rows(start, stop, cost, whole, reach, share, out):  # noqa: ANN201
                 right[x - row[x]] = max(right[x - row[x]], row[x])
         _around(row, reach, low, high)
         _around(right, reach // 2, right_low, right_high)
+        above, below = max(y - reach, 0), min(y + reach + 1, height)
+        for other in range(above, below):
+            _stretch(whole[other], low, high)
         for x in range(width):
             d = row[x]
             if d < 0:
                 continue
-            at = x - d
-            if max(high[x], right_high[at]) - d <= JUMP and d - min(low[x], right_low[at]) <= JUMP:
-                continue
-            limit = cost[y, x, d] * (1 + share)
-            for other in range(max(x - reach, 0), min(x + reach + 1, width)):
-                e = row[other]
-                if e >= 0 and abs(e - d) > JUMP and cost[y, x, e] < limit:
+            at, costs = x - d, cost[y, x]
+            if high[x] - d > JUMP or d - low[x] > JUMP:
+                beside = row[max(x - reach, 0) : min(x + reach + 1, width)]
+                if _is_torn(costs, d, beside, share) or _is_torn(costs, d, whole[above:below, x], share):
                     out[y, x] = -1
-                    break
+                    continue
+            if right_high[at] - d <= JUMP and d - right_low[at] <= JUMP:
+                continue
             limit = cost[y, x, d] * (1 + share / 2)
             for other in range(max(at - reach // 2, 0), min(at + reach // 2 + 1, width)):
                 e = right[other]

@@ -8,7 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.kernels import inlined, kernel
-from depthsim.lanes import choose, differing_bits, load_bytes, load_words, narrow, store, widen
+from depthsim.lanes import (
+    choose,
+    differing_bits,
+    load_bytes,
+    load_floats,
+    load_words,
+    narrow,
+    spread,
+    store,
+    widen,
+)
 
 ACROSS, DOWN = 4, 3
 BITS = (2 * ACROSS + 1) * (2 * DOWN + 1) - 1
@@ -20,32 +30,38 @@ the left keeps the disparity of what lies beside it and is known to be outside."
 
 LANES = 64
 """Disparities that are worked on at a time."""
+_PIXELS = 16
+"""The same of the census."""
 
 
 @kernel
 def census(start, stop, image, tolerance, out):  # noqa: ANN201 - numba
     """Rows ``start`` to ``stop`` of the code of every pixel: for every second neighbour, brighter and darker.
 
-    image: (H + 2 DOWN, W + 2 ACROSS) float32, padded. tolerance: what the two may differ by and count as neither.
-    out: (H, W) uint64.
+    image: (H + 2 DOWN, W + 2 ACROSS) float32, padded; behind it stand _PIXELS numbers more, which are read.
+    tolerance: what the two may differ by and count as neither. out: (H, W) uint64.
     """
     width = out.shape[1]
-    brighter, darker = np.empty(width, np.uint32), np.empty(width, np.uint32)
+    codes = np.empty((2, width + _PIXELS), np.int32)
+    brighter, darker = codes[0], codes[1]
     for y in range(start, stop):
-        brighter[:] = np.uint32(0)
-        darker[:] = np.uint32(0)
-        here = image[y + DOWN, ACROSS : ACROSS + width]
-        for dy in range(2 * DOWN + 1):
-            for dx in range((dy + DOWN + ACROSS) % 2, 2 * ACROSS + 1, 2):
-                if dy == DOWN and dx == ACROSS:
-                    continue
-                there = image[y + dy, dx : dx + width]
-                for x in range(width):
-                    difference = there[x] - here[x]
-                    brighter[x] = (brighter[x] << np.uint32(1)) | np.uint32(difference > tolerance)
-                    darker[x] = (darker[x] << np.uint32(1)) | np.uint32(difference < -tolerance)
+        for x in range(0, width, _PIXELS):
+            here = load_floats(image[y + DOWN, x + ACROSS :].ctypes.data, _PIXELS)
+            more = less = spread(np.int32(0), _PIXELS)
+            bit = np.int32(1 << (BITS // 2 - 1))
+            for dy in range(2 * DOWN + 1):
+                there = image[y + dy, x:].ctypes.data
+                for dx in range((dy + DOWN + ACROSS) % 2, 2 * ACROSS + 1, 2):
+                    if dy == DOWN and dx == ACROSS:
+                        continue
+                    difference = load_floats(there + 4 * dx, _PIXELS) - here
+                    more = choose(difference > tolerance, more + bit, more)
+                    less = choose(difference < -tolerance, less + bit, less)
+                    bit = np.int32(bit >> np.int32(1))
+            store(brighter[x:].ctypes.data, more)
+            store(darker[x:].ctypes.data, less)
         for x in range(width):
-            out[y, x] = (np.uint64(brighter[x]) << np.uint64(32)) | np.uint64(darker[x])
+            out[y, x] = (np.uint64(np.uint32(brighter[x])) << np.uint64(32)) | np.uint64(np.uint32(darker[x]))
 
 
 def put_in_border(image: NDArray[np.float32], out: NDArray[np.float32]) -> None:

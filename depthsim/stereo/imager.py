@@ -17,28 +17,44 @@ WHITE = 255
 
 
 @kernel
-def _gather_rows(start, stop, light, down, along, falloff, out):
+def _falloff_rows(start, stop, rays_x, rays_y, power, out):
+    """Rows ``start`` to ``stop`` of 1 + x² + y² to a power, of rays (x, y, 1)."""
+    for v in range(start, stop):
+        for u in range(out.shape[1]):
+            x, y = rays_x[v, u], rays_y[v, u]
+            out[v, u] = (np.float32(1) + x * x + y * y) ** power
+
+
+@kernel
+def _gather_rows(start, stop, light, down, along, falloff, aperture, out):
     """Rows ``start`` to ``stop`` of a picture from ``light``, some rays a pixel, seen through weights down and along.
 
-    falloff: x and y of the pixels' rays at z = 1, (H, W) each, and the power of 1 + x² + y² that the image darkens by.
+    falloff: what each pixel darkens by, (H, W). aperture: what all do.
     """
-    rays_x, rays_y, power = falloff
     height, width = out.shape
     rows, across = light.shape
-    above, before = (down.size - rows // height) // 2, (along.size - across // width) // 2
-    line = np.empty(across, np.float32)
+    rays = across // width
+    above, before = (down.size - rows // height) // 2, (along.size - rays) // 2
+    line, total = np.empty(across, np.float32), np.empty(width, np.float32)
+    # By their place in the pixel, so that what a weight is for lies side by side; at the border rays are repeated.
+    apart = np.empty((rays, width + (along.size - 1) // rays), np.float32)
     for v in range(start, stop):
         line[:] = np.float32(0)
         for k in range(down.size):
-            y = min(max(v * (rows // height) + k - above, 0), rows - 1)
+            seen, weight = light[min(max(v * (rows // height) + k - above, 0), rows - 1)], down[k]
             for x in range(across):
-                line[x] += down[k] * light[y, x]
+                line[x] += weight * seen[x]
+        for place in range(rays):
+            ones, first = apart[place], place - before
+            for i in range(ones.size):
+                ones[i] = line[min(max(first + i * rays, 0), across - 1)]
+        total[:] = np.float32(0)
+        for k in range(along.size):
+            seen, weight = apart[k % rays, k // rays : k // rays + width], along[k]
+            for u in range(width):
+                total[u] += weight * seen[u]
         for u in range(width):
-            total = np.float32(0)
-            for k in range(along.size):
-                total += along[k] * line[min(max(u * (across // width) + k - before, 0), across - 1)]
-            x, y = rays_x[v, u], rays_y[v, u]
-            out[v, u] = total * (np.float32(1) + x * x + y * y) ** power
+            out[v, u] = total[u] * falloff[v, u] * aperture
 
 
 @kernel
@@ -64,14 +80,21 @@ def spread_weights(blur: float, samples: int) -> NDArray[np.float32]:
     return np.asarray(seen / np.sum(seen), np.float32)
 
 
-def gather(light: NDArray[np.float32], camera: Camera, imager: Imager, threads: int) -> NDArray[np.float32]:
+def falloff(camera: Camera, imager: Imager, threads: int) -> NDArray[np.float32]:
+    """(height, width) share of the light that the lens lets through to each pixel."""
+    out = np.empty(camera.shape, np.float32)
+    split(_falloff_rows, camera.height, threads, *camera.rays, np.float32(-2 * imager.vignetting), out)
+    return out
+
+
+def gather(
+    light: NDArray[np.float32], falloff: NDArray[np.float32], camera: Camera, imager: Imager, threads: int
+) -> NDArray[np.float32]:
     """(height, width) irradiance on the sensor [W/m²] from the radiance along some rays a pixel."""
     blur = imager.blur * camera.width / 848
     weights = [spread_weights(blur, rays // pixels) for rays, pixels in zip(light.shape, camera.shape, strict=True)]
-    out = np.empty(camera.shape, np.float32)
-    falloff = (camera.rays[0], camera.rays[1], np.float32(-2 * imager.vignetting))
-    split(_gather_rows, camera.height, threads, light, *weights, falloff, out)
-    out *= np.float32(np.pi / (4 * imager.f_number**2))
+    out, aperture = np.empty(camera.shape, np.float32), np.float32(np.pi / (4 * imager.f_number**2))
+    split(_gather_rows, camera.height, threads, light, *weights, falloff, aperture, out)
     return out
 
 

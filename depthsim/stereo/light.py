@@ -4,7 +4,7 @@ import numpy as np
 
 from depthsim.intensity import value_noise
 from depthsim.kernels import inlined, kernel
-from depthsim.lanes import choose, load_floats, spread, square_root, store
+from depthsim.lanes import choose, cut_off, load_floats, spread, square_root, store, to_floats
 from depthsim.stereo.pattern import PITCH
 
 _f, _i = np.float32, np.int32
@@ -18,77 +18,56 @@ _POLISHED = 0.5
 that is brushed the dots are seen in a wide glare; in a mirror they are not on its surface at all."""
 
 
-@inlined
-def _pattern_at(pattern, x, y):
-    """The projector's radiant intensity towards (x, y, 1), interpolated; 0 outside its field."""
-    height, width = pattern.shape
-    u, v = x * _f(1 / PITCH) + _f((width - 1) / 2), y * _f(1 / PITCH) + _f((height - 1) / 2)
-    # Written so that what is not a number is outside.
-    if not (u >= _f(0) and v >= _f(0) and u < _f(width - 1) and v < _f(height - 1)):
-        return _f(0)
-    i, j = _i(u), _i(v)
-    s, t = u - _f(i), v - _f(j)
-    above = pattern[j, i] + (pattern[j, i + 1] - pattern[j, i]) * s
-    below = pattern[j + 1, i] + (pattern[j + 1, i + 1] - pattern[j + 1, i]) * s
-    return above + (below - above) * t
-
-
 # Rows of what is known of a block's rays: from the scene, ...
 (
     _X, _Y, _Z, _NORMAL_X, _NORMAL_Y, _NORMAL_Z, _SCATTERED, _MIRRORED, _CONTRAST, _LIT, _SUNLIT, _ALBEDO, _TEXTURE,
-    _FACING, _TOWARD_X, _PER_POWER, _BEAM, _ROWS,
-) = range(18)  # fmt: skip
+    _FACING, _TOWARD_X, _PER_POWER, _BEAM, _ACROSS, _DOWN, _RIGHT, _BELOW, _DIAGONAL, _ROWS,
+) = range(23)  # fmt: skip
 _LANES = 16
 
 
 @inlined
 def _collect(at, count, work, grain, speckle, looks, ray_x, ray_y, depth, face, tag, lit, sunlit, normals, albedo):
     """Read what is known of ``count`` rays from ``at`` on; a ray that meets nothing has no normal and no light."""
-    contrast, row_size, across, down = grain[0], np.int64(grain[1]), np.int64(grain[2]), np.int64(grain[3])
-    pixels = row_size // across
-    u, v = at % row_size, at // row_size
+    end = at + count
+    faces, tags, depths, lits = face[at:end], tag[at:end], depth[at:end], lit[at:end]
+    z, light = work[_Z], work[_LIT]
+    work[_X, :count], work[_Y, :count] = ray_x[at:end], ray_y[at:end]
     for i in range(count):
-        k = at + i
-        f, t = face[k], tag[k]
-        hit = f >= 0
-        work[_X, i], work[_Y, i], work[_Z, i] = ray_x[k], ray_y[k], depth[k] if hit else _f(1)
-        work[_NORMAL_X, i] = normals[f, 0] if hit else _f(0)
-        work[_NORMAL_Y, i] = normals[f, 1] if hit else _f(0)
-        work[_NORMAL_Z, i] = normals[f, 2] if hit else _f(0)
-        work[_SCATTERED, i], work[_MIRRORED, i], work[_CONTRAST, i] = looks[t, 0], looks[t, 1], looks[t, 2]
-        work[_ALBEDO, i] = albedo[k] if albedo.size > 0 else _f(-1)
-        grain = _f(1) + contrast * speckle[v // down * pixels + u // across]
-        work[_LIT, i] = max(grain, _f(0)) if hit and lit[k] != 0 else _f(0)
-        work[_SUNLIT, i] = _f(sunlit[k])
-        u += 1
-        if u == row_size:
-            u, v = 0, v + 1
-
-
-@inlined
-def _texture(count, work, places, pose, pixel, wavelengths):
-    """The surfaces' texture, which stays where it is in the world: octaves of noise."""
-    nearest, plain = _f(np.inf), True
+        z[i] = depths[i] if faces[i] >= 0 else _f(1)
+    if sunlit.size > 0:
+        work[_SUNLIT, :count] = sunlit[at:end]
+    if albedo.size > 0:
+        work[_ALBEDO, :count] = albedo[at:end]
+    # Most rays meet the face, and so the material, that the one before has met.
+    before = np.int32(-2)
+    nx = ny = nz = scattered = mirrored = contrast = _f(0)
     for i in range(count):
-        x, y, z = work[_X, i], work[_Y, i], work[_Z, i]
-        places[0, i] = (pose[0] * x + pose[1] * y + pose[2]) * z + pose[9]
-        places[1, i] = (pose[3] * x + pose[4] * y + pose[5]) * z + pose[10]
-        places[2, i] = (pose[6] * x + pose[7] * y + pose[8]) * z + pose[11]
-        work[_TEXTURE, i] = _f(0)
-        if work[_CONTRAST, i] != _f(0):
-            plain, nearest = False, min(nearest, z)
-    if plain:
-        return
-    px, py, pz, texture, depth = places[0], places[1], places[2], work[_TEXTURE], work[_Z]
-    for octave in range(wavelengths.size):
-        length = wavelengths[octave]
-        if length <= _f(2) * (nearest * pixel + _f(1e-6)):
-            continue
-        scale = _f(1) / length
-        for i in range(count):
-            # Full strength from four rays a wavelength on, none below two.
-            fade = min(max((length / (depth[i] * pixel + _f(1e-6)) - _f(2)) * _f(0.5), _f(0)), _f(1))
-            texture[i] += (value_noise(px[i] * scale, py[i] * scale, pz[i] * scale) - _f(0.5)) * fade
+        if faces[i] != before:
+            before, t = faces[i], tags[i]
+            f = np.uint32(max(before, np.int32(0)))
+            nx, ny, nz = (normals[f, 0], normals[f, 1], normals[f, 2]) if before >= 0 else (_f(0), _f(0), _f(0))
+            scattered, mirrored, contrast = looks[t, 0], looks[t, 1], looks[t, 2]
+        work[_NORMAL_X, i], work[_NORMAL_Y, i], work[_NORMAL_Z, i] = nx, ny, nz
+        work[_SCATTERED, i], work[_MIRRORED, i], work[_CONTRAST, i] = scattered, mirrored, contrast
+    uneven, across, down = grain[0], np.int64(grain[2]), np.int64(grain[3])
+    row_size, pixels = np.int64(grain[1]), np.int64(grain[1]) // across
+    row, u = at // row_size, at % row_size
+    i = 0
+    while i < count:
+        # As far as the row of rays goes.
+        part = min(count - i, row_size - u)
+        own = speckle[row // down * pixels + u // across :]
+        ray, pixel = u % across, 0
+        for k in range(i, i + part):
+            light[k] = own[pixel]
+            ray += 1
+            if ray == across:
+                ray, pixel = 0, pixel + 1
+        i, u, row = i + part, 0, row + 1
+    for i in range(count):
+        bright = max(_f(1) + uneven * light[i], _f(0))
+        light[i] = bright if (faces[i] >= 0) & (lits[i] != 0) else _f(0)
 
 
 @inlined
@@ -100,6 +79,39 @@ def _positive(values):
 def _row(work, row, i):
     """Address of a row's numbers from ``i`` on."""
     return work + 4 * (row * BLOCK + i)
+
+
+@inlined
+def _texture(count, work, places, pose, pixel, wavelengths):
+    """The surfaces' texture, which stays where it is in the world: octaves of noise."""
+    rays, points = work.ctypes.data, places.ctypes.data
+    for i in range(0, BLOCK, _LANES):
+        x, y = load_floats(_row(rays, _X, i), _LANES), load_floats(_row(rays, _Y, i), _LANES)
+        z = load_floats(_row(rays, _Z, i), _LANES)
+        store(_row(points, 0, i), (x * pose[0] + y * pose[1] + pose[2]) * z + pose[9])
+        store(_row(points, 1, i), (x * pose[3] + y * pose[4] + pose[5]) * z + pose[10])
+        store(_row(points, 2, i), (x * pose[6] + y * pose[7] + pose[8]) * z + pose[11])
+        store(_row(rays, _TEXTURE, i), spread(_f(0), _LANES))
+    nearest, depth, contrast = _f(np.inf), work[_Z], work[_CONTRAST]
+    for i in range(count):
+        nearest = min(nearest, depth[i] if contrast[i] != _f(0) else _f(np.inf))
+    for octave in range(wavelengths.size):
+        length = wavelengths[octave]
+        if length <= _f(2) * (nearest * pixel + _f(1e-6)):
+            continue
+        scale = _f(1) / length
+        for i in range(0, count, _LANES):
+            # Full strength from four rays a wavelength on, none below two.
+            per_ray = length / (load_floats(_row(rays, _Z, i), _LANES) * pixel + _f(1e-6))
+            fade = _positive((per_ray - _f(2)) * _f(0.5))
+            fade = choose(fade < _f(1), fade, _f(1))
+            x, y, z = (
+                load_floats(_row(points, 0, i), _LANES) * scale,
+                load_floats(_row(points, 1, i), _LANES) * scale,
+                load_floats(_row(points, 2, i), _LANES) * scale,
+            )
+            before = load_floats(_row(rays, _TEXTURE, i), _LANES)
+            store(_row(rays, _TEXTURE, i), before + (value_noise(x, y, z) - _f(0.5)) * fade)
 
 
 @inlined
@@ -132,11 +144,37 @@ def _aim(work, pose, offset, source):
 
 
 @inlined
-def _shine(count, work, pattern):
-    """What of the projector's light arrives [W/m²]."""
-    for i in range(count):
-        power = work[_PER_POWER, i]
-        work[_BEAM, i] = _pattern_at(pattern, -work[_TOWARD_X, i], work[_Y, i]) * power if power > _f(0) else _f(0)
+def _shine(work, rays, places, pattern):
+    """What of the projector's light arrives [W/m²]: its radiant intensity, interpolated, and none outside its field.
+
+    rays: address of ``work``. places: (BLOCK,) int32 scratch.
+    """
+    height, width = pattern.shape
+    here, below = pattern.reshape(-1), pattern.reshape(-1)[width:]
+    for i in range(0, BLOCK, _LANES):
+        u = load_floats(_row(rays, _TOWARD_X, i), _LANES) * _f(-1 / PITCH) + _f((width - 1) / 2)
+        v = load_floats(_row(rays, _Y, i), _LANES) * _f(1 / PITCH) + _f((height - 1) / 2)
+        power = _positive(load_floats(_row(rays, _PER_POWER, i), _LANES))
+        # Written so that what is not a number is outside.
+        power = choose(u < _f(width - 1), choose(v < _f(height - 1), power, _f(0)), _f(0))
+        power = choose(_f(0) <= u, choose(_f(0) <= v, power, _f(0)), _f(0))
+        u, v = choose(power > _f(0), u, _f(0)), choose(power > _f(0), v, _f(0))
+        column, row = cut_off(u), cut_off(v)
+        store(_row(rays, _PER_POWER, i), power)
+        store(_row(rays, _ACROSS, i), u - to_floats(column))
+        store(_row(rays, _DOWN, i), v - to_floats(row))
+        store(places.ctypes.data + 4 * i, row * _i(width) + column)
+    for i in range(BLOCK):
+        at = np.uint32(places[i])
+        work[_BEAM, i], work[_RIGHT, i] = here[at], here[at + np.uint32(1)]
+        work[_BELOW, i], work[_DIAGONAL, i] = below[at], below[at + np.uint32(1)]
+    for i in range(0, BLOCK, _LANES):
+        s, t = load_floats(_row(rays, _ACROSS, i), _LANES), load_floats(_row(rays, _DOWN, i), _LANES)
+        left, right = load_floats(_row(rays, _BEAM, i), _LANES), load_floats(_row(rays, _RIGHT, i), _LANES)
+        low, low_right = load_floats(_row(rays, _BELOW, i), _LANES), load_floats(_row(rays, _DIAGONAL, i), _LANES)
+        above = left + (right - left) * s
+        power = load_floats(_row(rays, _PER_POWER, i), _LANES)
+        store(_row(rays, _BEAM, i), (above + (low + (low_right - low) * s - above) * t) * power)
 
 
 @inlined
@@ -204,11 +242,13 @@ def radiance(  # noqa: ANN201 - numba
     colours of their own scatter, in place of the first of ``looks``, below 0 for others; or nothing.
     """
     work, places = np.zeros((_ROWS, BLOCK), np.float32), np.empty((3, BLOCK), np.float32)
+    work[_ALBEDO] = _f(-1)
+    corners = np.empty(BLOCK, np.int32)
     for at in range(start, stop, BLOCK):
         count = min(BLOCK, stop - at)
         _collect(at, count, work, grain, speckle, looks, ray_x, ray_y, depth, face, tag, lit, sunlit, normals, albedo)
         _texture(count, work, places, pose, pixel, contrasts)
         _aim(work.ctypes.data, pose, offset, source)
-        _shine(count, work, pattern)
+        _shine(work, work.ctypes.data, corners, pattern)
         _leave(work.ctypes.data, light[0], light[1], sun)
         out[at : at + count] = work[_BEAM, :count]

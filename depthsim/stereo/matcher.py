@@ -30,11 +30,13 @@ class Matcher:
     def _room(self, name: str, kind: type[np.generic], *shape: int) -> NDArray[Any]:
         """The array of that name, as it was left: memory that the system has to hand out anew takes a tenth of a match.
 
-        Behind it there is room for vectors that hang over its end.
+        It begins where a vector of 64 bytes does, and behind it there is room for vectors that hang over its end.
         """
         size = math.prod(shape)
         if name not in self._kept or self._kept[name].size != size + refine.LANES:
-            self._kept[name] = np.zeros(size + refine.LANES, kind)
+            raw = np.zeros((size + refine.LANES) * np.dtype(kind).itemsize + 64, np.uint8)
+            first = -raw.ctypes.data % 64
+            self._kept[name] = raw[first : first + raw.size - 64].view(kind)
         return self._kept[name][:size].reshape(shape)
 
     def match(

@@ -83,9 +83,11 @@ _KERNEL = _kernel()
 @inlined
 def _grow(row, other, k, arm):
     """Lengthen arms of k - 1 px by one where ``other``, k px away, is alike."""
+    before = np.int16(k - 1)
     for x in range(row.size):
-        away = np.int16(other[x] - row[x])
-        arm[x] = np.int16(arm[x] + ((away <= ALIKE) & (away >= -ALIKE) & (arm[x] == np.int16(k - 1))))
+        away = np.uint16(other[x] - row[x] + ALIKE)
+        longer = np.int16(k) if away <= np.uint16(2 * ALIKE) else before
+        arm[x] = longer if arm[x] == before else arm[x]
 
 
 @kernel
@@ -109,11 +111,11 @@ def arms_of_rows(start, stop, whole, across, down, out):  # noqa: ANN201 - numba
 
 
 @inlined
-def _tilt(line, low, high):
-    """The change of disparity per pixel from ``low`` to ``high``, both of which have one, or 0."""
-    if high - low < 3 or line[low] < 0 or line[high - 1] < 0:
+def _tilt(line, first, last):
+    """The change of disparity per pixel from ``first`` to ``last``, both of which have one, or 0."""
+    if last - first < 2 or line[first] < 0 or line[last] < 0:
         return np.float32(0)
-    return (line[high - 1] - line[low]) / np.float32(high - 1 - low)
+    return (line[last] - line[first]) / np.float32(last - first)
 
 
 @kernel
@@ -146,13 +148,15 @@ def shift_rows(start, stop, left, right, arms, disparity, sums):  # noqa: ANN201
             prefix[x + 1, 0] = prefix[x, 0] + weight
             prefix[x + 1, 1] = prefix[x, 1] + moment
             prefix[x + 1, 2] = prefix[x, 2] + weight * x
+        line, to_left, to_right, weights_out, moments_out = disparity[y], arms[0, y], arms[1, y], sums[0, y], sums[1, y]
         for x in range(width):
-            low, high = x - np.int64(arms[0, y, x]), x + 1 + np.int64(arms[1, y, x])
-            weight = prefix[high, 0] - prefix[low, 0]
-            off = prefix[high, 2] - prefix[low, 2] - weight * x
+            # Without sign: numba looks whether others count from the end.
+            low, high = np.uint32(x - to_left[x]), np.uint32(x + to_right[x] + 1)
+            total = prefix[high, 0] - prefix[low, 0]
+            off = prefix[high, 2] - prefix[low, 2] - total * x
+            weights_out[x] = total
             # What lies off the middle counts as what it would be at the middle.
-            sums[0, y, x] = weight
-            sums[1, y, x] = prefix[high, 1] - prefix[low, 1] - off * _tilt(disparity[y], low, high)
+            moments_out[x] = prefix[high, 1] - prefix[low, 1] - off * _tilt(line, low, np.uint32(high - 1))
 
 
 @inlined

@@ -11,7 +11,7 @@ from depthsim.coloring import albedo_of
 from depthsim.draws import Draws, Seed
 from depthsim.materials import Materials
 from depthsim.moving import objects_seen
-from depthsim.parallel import split
+from depthsim.parallel import core_count, split
 from depthsim.raycast import Caster, Geometry
 from depthsim.scene import NO_TAG
 from depthsim.stereo import imager
@@ -35,6 +35,7 @@ class Renderer:
         across, down = settings.imager.samples, rows_of_rays(settings, camera)
         self._eyes = [_fine(camera, across, down, self._source - x) for x in (0.0, camera.baseline)]
         self._pattern = dot_pattern(settings.projector)
+        self._falloff = imager.falloff(camera, settings.imager, core_count())
         scene = caster.scene
         # Far from the origin float32 loses the finest octave; a multiple of all wavelengths near the scene is taken.
         self._origin = 256 * np.round(scene.vertices[scene.faces[0, 0]] / 256)
@@ -105,7 +106,7 @@ class Renderer:
         for _, seen, beside in objects_seen(scene.movers, met.face.reshape(-1), place, stamp):
             shine(int(seen[0]), int(seen[-1]) + 1, beside, np.zeros(3), own)
             out.reshape(-1)[seen] = own[seen]
-        return imager.gather(out, self.camera, self.settings.imager, threads)
+        return imager.gather(out, self._falloff, self.camera, self.settings.imager, threads)
 
 
 def rows_of_rays(settings: ActiveStereo, camera: Camera) -> int:

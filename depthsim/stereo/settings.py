@@ -131,9 +131,9 @@ class MatcherSettings(_Part):
     )
     quantile: FiniteFloat = Field(default=0.5, ge=0, le=1, description="which quantile")
     torn_reach: int = Field(
-        default=4, ge=0, le=32, description="beside a jump, pixels that fit both sides are dropped [px]"
+        default=4, ge=0, le=32, description="beside a jump, along row or column, what fits both is dropped [px]"
     )
-    torn_share: FiniteFloat = Field(default=0.3, ge=0, le=10, description="how much worse the other side must fit")
+    torn_share: FiniteFloat = Field(default=0.2, ge=0, le=10, description="how much worse the other side must fit")
     worst_score: FiniteFloat = Field(
         default=0.4, gt=0, le=1, description="highest share of census bits that may differ"
     )

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba import njit
 from numpy.typing import NDArray
 from shapes import MATERIALS, Array, as_scene, camera, look_at, quad, random_poses, soup, strips, wall, world_rays
 
 from depthsim.camera import Camera
-from depthsim.intensity import intensity_image
+from depthsim.intensity import intensity_image, value_noise
+from depthsim.lanes import load_floats, store
 from depthsim.raycast import Caster
 from depthsim.scene import Scene
 
@@ -85,3 +87,26 @@ def test_any_pose_in_any_scene_gives_a_picture(seed: int, scale: float) -> None:
     pose[:3, 3] *= scale
     image = picture(as_scene((vertices * scale, faces)), camera(), pose)
     assert image.shape == (48, 64) and image.dtype == np.uint8
+
+
+@njit
+def _noise_at(points, out):  # type: ignore[no-untyped-def]
+    x, y, z = (
+        load_floats(points[0].ctypes.data, 16),
+        load_floats(points[1].ctypes.data, 16),
+        load_floats(points[2].ctypes.data, 16),
+    )
+    store(out.ctypes.data, value_noise(x, y, z))
+
+
+def test_the_texture_is_a_hash_of_the_corners_of_a_grid() -> None:
+    corners = np.random.default_rng(3).integers(-(1 << 20), 1 << 20, (3, 16))
+    found = np.empty(16, np.float32)
+    _noise_at(corners.astype(np.float32), found)
+    for corner, value in zip(corners.T.tolist(), found, strict=True):
+        h = 0
+        for place, factor in zip(corner, (0x8DA6B343, 0xD8163841, 0xCB1AB31F), strict=True):
+            h ^= (place % (1 << 32)) * factor
+        h = (h ^ h >> 16) * 0x7FEB352D % (1 << 32)
+        h = (h ^ h >> 15) * 0x846CA68B % (1 << 32)
+        assert value == ((h ^ h >> 16) >> 8) * 2.0**-24

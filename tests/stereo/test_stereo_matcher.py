@@ -284,17 +284,18 @@ def test_the_tests_are_those_of_the_formula() -> None:
 @settings(max_examples=25, deadline=None)
 @given(st.integers(1, 30), st.integers(1, 4), st.sampled_from([0.0, 0.3, 2.0]), st.integers(0, 2**32 - 1))
 def test_a_window_with_two_surfaces_is_torn(width: int, reach: int, share: float, seed: int) -> None:
-    """In the left image, and within half the reach and by half the share in the right one."""
-    rng = np.random.default_rng(seed)
-    costs = rng.integers(1, 144, (2, width, 64)).astype(np.uint8)
-    whole = np.minimum(rng.choice([-1, 3, 4, 9], (2, width)), np.arange(width)).astype(np.int16)
+    """In the left image along row and column, and in the right one's row within half the reach, by half the share."""
+    rng, height = np.random.default_rng(seed), 7
+    costs = rng.integers(1, 144, (height, width, 64)).astype(np.uint8)
+    whole = np.minimum(rng.choice([-1, 3, 4, 9], (height, width)), np.arange(width)).astype(np.int16)
     found = whole.copy()
-    choose.drop_torn_rows(0, 1, costs, whole, reach, share, found)
-    choose.drop_torn_rows(1, 2, costs, whole, reach, share, found)
+    choose.drop_torn_rows(0, 3, costs, whole, reach, share, found)
+    choose.drop_torn_rows(3, height, costs, whole, reach, share, found)
     for y, row in enumerate(whole):
         right = [max([d for x, d in enumerate(row) if d >= 0 and x - d == at], default=-1) for at in range(width)]
         for x, d in enumerate(row):
-            beside = [(e, costs[y, x, e], share) for e in row[max(x - reach, 0) : x + reach + 1]]
+            around = [*row[max(x - reach, 0) : x + reach + 1], *whole[max(y - reach, 0) : y + reach + 1, x]]
+            beside = [(e, costs[y, x, e], share) for e in around]
             near = range(max(x - d - reach // 2, 0), min(x - d + reach // 2 + 1, width)) if d >= 0 else ()
             others = {right[k] for k in near if 0 <= right[k] < width - x + d}
             beside += [(e, costs[y, x - d + e, e], share / 2) for e in others]

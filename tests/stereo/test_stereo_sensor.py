@@ -108,6 +108,10 @@ def test_a_plate_has_a_shadow_on_its_left() -> None:
     # A D435 leaves 1.7 px more than the step.
     assert 1.2 < holes.mean() - step < 2.2
     assert np.abs(np.median(middle[:, 150:170]) - 500) < 10
+    # Above and below the plate nothing is hidden, and a D435 leaves holes there as well.
+    columns = seen.depth_raw[:, 130:190].astype(int)
+    bare = (columns[:-1] > 0) & (columns[1:] > 0) & (np.abs(np.diff(columns, axis=0)) > 100)
+    assert bare.sum() < 0.2 * 2 * 60
 
 
 def test_what_gives_no_light_back_gives_no_depth() -> None:
