@@ -206,6 +206,16 @@ def test_disjoint_histograms_are_one_bit_apart() -> None:
     assert _ruler().gap(a, b) == pytest.approx(1)
 
 
+def test_an_axis_that_counts_few_pixels_has_less_weight() -> None:
+    """In the gap and in the roots alike: 10 of 10,000 pixels have a twentieth of the weight of 2 %, and of all."""
+    axes = [Axis(name, histograms.ERROR, 1, lambda *_: np.zeros(1, int), str) for name in ("range", "edge_distance")]
+    ruler, a, b = Ruler.of(axes), np.zeros(70, int), np.zeros(70, int)
+    a[0], b[0], a[35], b[36] = 10_000, 10_000, 10, 10
+    assert ruler.gap(a, b) == pytest.approx(0.05 / 1.05)
+    assert np.square(ruler.roots(a) - ruler.roots(b)).sum() == pytest.approx(2 * 0.05 / 1.05)
+    assert ruler.gap(np.zeros(70, int), b) == 0
+
+
 def test_roots_have_the_squared_hellinger_distance() -> None:
     rng = np.random.default_rng(1)
     a, b = rng.integers(1, 50, (2, 35))
