@@ -238,6 +238,7 @@ def _grow(search: Search, chain: _Chain) -> None:
             selected = _cancelling(search, chain, selected) or selected
         if selected is None:
             break
+        selected = search.validated(search.fit(selected.model, 4))  # other minima are looked for near the best only
         chain.model, chain.gap = selected.model, selected.gap
         if len(chain.model.parts) > 1:
             _prune(search, chain)
