@@ -32,6 +32,7 @@ class FakeSearch:
         self.gaps = gaps
         self.validator = SimpleNamespace(score=lambda effects: SCORE)
         self.goes_together = lambda of: False
+        self.refined = lambda of: of
 
     def validated(self, of: Model) -> Trial:
         return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])

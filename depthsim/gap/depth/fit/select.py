@@ -103,19 +103,20 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
 def select_more(validator: Validator, bank: Sequence[Candidate], found: Selection, say: Say) -> Selection | None:
     """Causes besides those of a selection from elsewhere; None where nothing is left for them.
 
-    validator: see :meth:`Evidence.centred`. Further biases are none, nor further noise beside a noise: so near to a
-    large one, they are what its formula leaves. If much of that is bias, there is nothing to see behind it.
+    validator: see :meth:`Evidence.centred`. Further biases are none, nor noise beside a noise or where a bias is left:
+    so near to a large one, they are what its formula leaves.
     """
     evidence, model = validator.evidence, found.model
     before = model.build(evidence.base)
     left = validator.score(before)
     if not left.stands_out(evidence.config.significance):
         return None
-    has_noise = left.floor > evidence.config.significance.least  # without any, what is left is how depths are rounded
-    if not has_noise or any(kind == "bias" for kind, _ in first_axes(validator, before)):
+    if left.floor <= evidence.config.significance.least:  # no noise: what is left is how depths are rounded
         return found
-    known = {effect_class(part.effect).kinds[0] for part in model.parts} & {"bias", "spread"}
-    hidden = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] not in known]
+    has_noise = any(effect_class(part.effect).kinds[0] == "spread" for part in model.parts)
+    has_bias = any(kind == "bias" for kind, _ in first_axes(validator, before))
+    theirs = {"bias", "spread"} if has_noise or has_bias else {"bias"}
+    hidden = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] not in theirs]
     search = Search(evidence, validator, hidden, before, say)
     strict = search.config.select.model_copy(update={"further": search.config.select.further_of_left})
     search.config = search.config.model_copy(update={"select": strict})
@@ -238,7 +239,8 @@ def _grow(search: Search, chain: _Chain) -> None:
             selected = _cancelling(search, chain, selected) or selected
         if selected is None:
             break
-        selected = search.validated(search.fit(selected.model, 4))  # other minima are looked for near the best only
+        polished = search.validated(search.fit(selected.model, 4))  # other minima are looked for near the best only
+        selected = min(selected, polished, key=lambda trial: trial.gap)
         chain.model, chain.gap = selected.model, selected.gap
         if len(chain.model.parts) > 1:
             _prune(search, chain)
@@ -290,6 +292,11 @@ def _first_supported(search: Search, chain: _Chain, leaders: Sequence[Trial]) ->
         if not _closes_enough(search, chain, best, left):
             continue
         why = search.disagreement(best.model, len(best.model.parts) - 1)
+        if why is not None and best is leaders[0]:  # a fit that has not converged may be all that is wrong
+            finer = search.validated(search.refined(best.model))
+            if best.gap - finer.gap > search.config.select.tied * search.whole:
+                left[left.index(best)] = best = finer
+                why = search.disagreement(best.model, len(best.model.parts) - 1)
         if why is None:
             return best
         left.remove(best)
