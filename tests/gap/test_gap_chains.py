@@ -94,7 +94,7 @@ def test_what_is_dropped_has_no_rivals_and_takes_others_like_it_with_it(monkeypa
 
 @pytest.mark.parametrize("better", [True, False])
 def test_what_is_refused_is_asked_in_its_other_form(monkeypatch: pytest.MonkeyPatch, better: bool) -> None:
-    search, first, other = FakeSearch(), Trial(model("light"), 0.2), Trial(model("light"), 0.1)
+    search, first, other = FakeSearch(light=0.2), Trial(model("light"), 0.2), Trial(model("light"), 0.1)
     search.in_other_form = lambda so_far, trial: other if better and trial is first else None
     search.disagreement = lambda of, number: "acts elsewhere" if of is first.model else None
     monkeypatch.setattr(select, "_closes_enough", lambda *_: True)
@@ -102,6 +102,16 @@ def test_what_is_refused_is_asked_in_its_other_form(monkeypatch: pytest.MonkeyPa
     found = select._first_supported(cast("Search", search), begun, [first])
     assert found is (other if better else None)
     assert ("light" in begun.refused) == (not better)
+
+
+def test_the_first_is_refined_before_it_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    search, first, finer = FakeSearch(mount=0.05), Trial(model("mount"), 0.2), model("mount")
+    search.refined = lambda of: finer
+    search.disagreement = lambda of, number: None if of is finer else "leaves much"  # type: ignore[attr-defined]
+    monkeypatch.setattr(select, "_closes_enough", lambda *_: True)
+    begun = select._Chain(DepthSelect(), SCORE, 1.0)
+    found = select._first_supported(cast("Search", search), begun, [first])
+    assert found is not None and found.gap == 0.05 and not begun.refused
 
 
 @pytest.mark.parametrize(
