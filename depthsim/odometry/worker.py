@@ -103,8 +103,10 @@ def main() -> None:
         os.sched_setaffinity(0, {cores[os.getpid() % len(cores)]})
     os.nice(19)  # what begins it is waited for
     sys.modules["dash"] = MagicMock()  # Open3D takes four fifths of its time to load for what shows it in a browser
-    systems = sys.argv[1].split(",")
+    systems, parent = sys.argv[1].split(","), os.getppid()
     for line in sys.stdin:
+        if os.getppid() != parent:  # it was killed, and nobody waits for what it had asked for
+            break
         print(json.dumps(figures_of(Path(line.rstrip("\n")), systems)), flush=True)
 
 
