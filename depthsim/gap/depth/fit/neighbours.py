@@ -10,16 +10,16 @@ from depthsim.gap.depth.data.evidence import Counts
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
-KINDS = {"pixel_neighbours": (histograms.LEFT, histograms.UP), "frame_neighbours": (histograms.BEFORE,)}
+HISTOGRAMS = {"pixel_neighbours": (histograms.LEFT, histograms.UP), "frame_neighbours": (histograms.BEFORE,)}
 """The histograms by which each is known."""
 _COARSE = 5
-_EQUAL = 22
+_EQUAL = 2 * len(histograms.APART) + 2
 
 
 def brought(validator: Validator, axis: str, before: Sequence[Effect], after: Sequence[Effect]) -> float:
     """By how much the correlation of ``after`` is farther from the recording's than that of ``before``.
 
-    axis: a key of :data:`KINDS`.
+    axis: a key of :data:`HISTOGRAMS`.
     """
     recorded = _correlations(validator, validator.real.sum(axis=0), axis)
     off = [np.abs(_simulated(validator, effects, axis) - recorded).max() for effects in (before, after)]
@@ -38,7 +38,7 @@ def _correlations(validator: Validator, counts: Counts, axis: str) -> NDArray[np
         return _of_table(pairs) if kind == histograms.BEFORE else _of_differences(pairs, errors)
 
     errors = _counted(validator, counts, histograms.ERROR)
-    return np.array([of(kind) for kind in KINDS[axis]])
+    return np.array([of(kind) for kind in HISTOGRAMS[axis]])
 
 
 def _counted(validator: Validator, counts: Counts, kind: int) -> NDArray[np.float64]:

@@ -140,7 +140,7 @@ def holes_are_in_lines(validator: Validator, effect: type[Effect], after: Effect
 def brings_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
     """Whether a filter makes neighbours go together that do not in the recording, for the spread that it takes away."""
     known = effect.axes[0] if effect.axes else ""
-    if effect.kinds[0] != "correlation" or known not in neighbours.KINDS:
+    if effect.kinds[0] != "correlation" or known not in neighbours.HISTOGRAMS:
         return None
     most = validator.evidence.config.agreement.brought_together
     if neighbours.brought(validator, known, before, after) <= most:
