@@ -39,6 +39,9 @@ def cut(axis: str, what: Any) -> Cut:
         (["ambient_light"], [("surface", "spread"), ("image_column", "spread")], 0.9, 1.0, True),  # known by surfaces
         (["motion_noise"], [("surface", "spread"), ("image_column", "spread")], 0.9, 1.0, False),
         (["motion_noise"], [("surface", "spread"), ("motion", "spread")], 0.9, 1.0, True),
+        (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.9, 1.0, False),
+        (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.97, 1.0, True),  # as much lies there
+        (["ambient_light"], [("incidence", "spread"), ("height", "bias")], 0.97, 1.0, False),
         (["edge_fattening"], [("residual_tail", "tail")], 0.9, 1.0, True),
         (["baseline_scale"], [("residual_tail", "tail")], 0.9, 1.0, False),
         (["stereo_shadow"], [("frame_neighbours", "missing"), ("edge_distance", "missing")], 0.9, 1.0, True),
@@ -64,19 +67,31 @@ def test_causes_act_where_the_gap_lies_first(
 
 
 @pytest.mark.parametrize(
-    ("angle", "closes", "gap", "stays"),
-    [(0.02, 0.2, 1.0, False), (0.5, 0.2, 1.0, True), (0.5, 0.01, 1.0, False), (0.5, 0.01, 0.0, True)],
+    ("angle", "closes", "by_poses", "gap", "stays"),
+    [
+        (0.02, 0.2, 0.0, 1.0, False),
+        (0.5, 0.2, 0.0, 1.0, True),
+        (0.5, 0.01, 0.0, 1.0, False),
+        (0.5, 0.01, 0.0, 0.0, True),
+        (0.5, 0.08, 0.05, 1.0, False),
+        (0.5, 0.08, 0.02, 1.0, True),
+        (0.5, 0.2, 0.2, 1.0, True),
+    ],
 )
 @pytest.mark.parametrize("effect", ["extrinsic_rotation", "time_offset"])
 def test_what_registered_frames_leave_is_no_cause(
-    monkeypatch: pytest.MonkeyPatch, effect: str, angle: float, closes: float, gap: float, stays: bool
+    monkeypatch: pytest.MonkeyPatch, effect: str, angle: float, closes: float, by_poses: float, gap: float, stays: bool
 ) -> None:
-    """A mount that is hardly turned, stamps that are hardly late, and what closes next to nothing beside poses."""
+    """A mount that is hardly turned, stamps that are hardly late, what closes next to nothing beside poses, and what
+    poses close as well that are off by what registering leaves."""
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
     monkeypatch.setattr(Model, "parameters", lambda model, number: {"x": angle, "y": 0.0, "z": 0.0})
     monkeypatch.setattr(withdraw, "makes_steps", lambda *_: False)
-    errors = cast("PoseErrors", SimpleNamespace(turn_by_chance=0.1, late_by_chance=0.1))
-    selecting = SimpleNamespace(evidence=VALIDATOR.evidence, quick=lambda effects: 1.0 - closes * len(effects))
+    errors = cast("PoseErrors", SimpleNamespace(turn_by_chance=0.1, late_by_chance=0.1, left="{:.0f} errors".format))
+    takes_off = {effect: closes, "1 errors": by_poses, "2 errors": 0.0}
+    selecting = SimpleNamespace(
+        evidence=VALIDATOR.evidence, quick=lambda effects: 1.0 - sum(takes_off[one] for one in effects)
+    )
     given = selection(effect)
     found = withdraw.left_by_poses(errors, cast("Validator", selecting), given, gap)
     assert (found is given) == stays

@@ -31,6 +31,7 @@ class PoseErrors:
     the random motions' squares that lies along each frame's own velocity; of random ones that is about a sixth.
     of_disparity: what an offset and a scale of each frame's disparities explain, over what its motion does, both found
     on one half of the pixels for the other. Of a motion that is at most about 1.
+    of_frame: the standard errors of one frame's own turn [rad] about an axis and shift [m] along one, root mean square.
     """
 
     deviation: Floats
@@ -47,6 +48,7 @@ class PoseErrors:
     removed: float
     along_motion: float = 0.0
     of_disparity: float = 0.0
+    of_frame: tuple[float, float] = (0.0, 0.0)
 
     @property
     def are_of_time(self) -> bool:
@@ -100,6 +102,11 @@ class PoseErrors:
         time = float(f"{np.nan_to_num(self.correlation_time):.4g}")
         turn, shift = (float(f"{value:.4g}") for value in (self.rotation, self.translation))
         return PoseNoise(rotation=min(turn, 20.0), translation=min(shift, 0.5), correlation_time=time)
+
+    def left(self, errors: float) -> PoseNoise:
+        """What registered poses are off by: so many standard ``errors``."""
+        turn, shift = errors * np.degrees(self.of_frame[0]), errors * self.of_frame[1]
+        return PoseNoise(rotation=min(float(turn), 20.0), translation=min(float(shift), 0.5), correlation_time=0.0)
 
     def intervals(self, errors: float = 1.96) -> dict[str, tuple[float, float]]:
         """Of each parameter of :meth:`effect`, so many standard ``errors`` to either side.

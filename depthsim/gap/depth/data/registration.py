@@ -109,7 +109,13 @@ class _Work(MixedModel):
             if self.variance.any():
                 self._refine()
         covariance = self._posterior()
-        errors = replace(self._errors(alike), along_motion=self._along_motion(), of_disparity=of_disparity)
+        of_frame = np.sqrt(np.einsum("nii->ni", covariance).reshape(-1, 2, 3).mean(axis=(0, 2)))
+        errors = replace(
+            self._errors(alike),
+            along_motion=self._along_motion(),
+            of_disparity=of_disparity,
+            of_frame=(float(of_frame[0]), float(of_frame[1])),
+        )
         return Registration(np.array(self.frames, np.int64), self.stamps, self.random, covariance, errors)
 
     def _tell_apart(self) -> None:

@@ -41,22 +41,36 @@ def unsupported(validator: Validator, selecting: Validator, selection: Selection
 def left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selection, gap: float) -> Selection:
     """Without what registered frames leave of the poses' errors. gap: with these, 0 where they are no cause.
 
-    A turn of the mount, or late stamps, that are no more than what random errors leave on average, and what closes next
-    to nothing of it.
+    A turn of the mount, or late stamps, that are no more than what random errors leave on average, what closes next to
+    nothing of it, and what errors of the poses close as well that are no larger than what registering leaves.
     """
-    limit = selecting.evidence.config.select.beside_poses
+    limit = selecting.evidence.config.select
     for number, part in reversed([*enumerate(selection.model.parts)]):
+        closes = _closes(selecting, selection, number)
+        left = closes < limit.beside_poses * gap or (
+            closes < limit.further * gap and _as_left_by_poses(errors, selecting, selection, number, closes)
+        )
         size = np.linalg.norm([*selection.model.parameters(number).values()])
         if part.effect == ExtrinsicRotation.id and size < errors.turn_by_chance:
             why = "turns the mount by no more than the poses' errors leave on average"
         elif part.effect == TimeOffset.id and size < errors.late_by_chance:
             why = "moves the stamps by no more than the poses' errors leave on average"
-        elif _closes(selecting, selection, number) < limit * gap and not _makes_steps(selecting, selection, number):
+        elif left and not _makes_steps(selecting, selection, number):
             why = "closes no more than what registering leaves of the poses' errors"
         else:
             continue
         selection = _less(selecting, selection, number, why)
     return selection
+
+
+def _as_left_by_poses(
+    errors: PoseErrors, selecting: Validator, selection: Selection, number: int, closes: float
+) -> bool:
+    """Whether poses that are off by what registering leaves, by one or two standard errors, close most of what one
+    cause ``closes``."""
+    limit, less = selecting.evidence.config.agreement, selection.model.less(number).build(selecting.evidence.base)
+    least = min(selecting.quick((*less, errors.left(times))) for times in (1, 2))
+    return selecting.quick(less) - least >= limit.mostly * closes
 
 
 def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
@@ -97,7 +111,11 @@ def acting_elsewhere(
     before, where: how large the gap is and where it lies; closed: the share that the causes close.
     """
     first = _first(where, selection)
-    if first is None or not _acts_elsewhere(selection, first) or not _is_left(validator, selection, first, closed):
+    if first is None or not _acts_elsewhere(selection, first):
+        return selection
+    if closed >= validator.evidence.config.agreement.nearly_all and (
+        _acts_where_as_much_lies(validator, selection, first, where) or not _is_left(validator, selection, first)
+    ):
         return selection
     why = f"does not act along {first.axis.replace('_', ' ')}, on which the gap lies first"
     return _refused(validator, selection, before, why)
@@ -152,11 +170,16 @@ def _first(where: Sequence[Cut], selection: Selection) -> Cut | None:
     return next(anywhere, where[0] if where else None)
 
 
-def _is_left(validator: Validator, selection: Selection, first: Cut, closed: float) -> bool:
+def _acts_where_as_much_lies(validator: Validator, selection: Selection, first: Cut, where: Sequence[Cut]) -> bool:
+    """Whether an axis of a cause's own explains as much of the gap as the one on which it lies first."""
+    own = {name for part in selection.model.parts for name in effect_class(part.effect).axes}
+    most = max((cut.share_of_gap for cut in where if cut.what == first.what and cut.names <= own), default=0.0)
+    return most >= validator.evidence.config.agreement.as_much * first.share_of_gap
+
+
+def _is_left(validator: Validator, selection: Selection, first: Cut) -> bool:
     """Whether the causes leave so much that they had to act where the gap lies first."""
     limit, base = validator.evidence.config.agreement, validator.evidence.base
-    if closed < limit.nearly_all:
-        return True
     return left_of_change(validator, first.axis, first.what, base, selection.model.build(base)) > limit.near_floor
 
 
