@@ -25,8 +25,8 @@ class Setting:
     tags: materials that are seen. ranges: the depth [m] at the shares ``SHARES`` of the pixels. span: time from first
     to last frame [s]. materials: what the simulator has of each tag. steps: of the disparities, where they have any:
     their width [px] and where they begin, see :func:`~depthsim.gap.depth.data.quantization.find_steps`.
-    learned: by effect, its parameters with the :func:`learned` tables as the recording has them. size: width and height
-    of the pictures that the left imager gave [px].
+    learned: by effect, its parameters with the :func:`learned` tables as the recording has them, in one form or more.
+    size: width and height of the pictures that the left imager gave [px].
     doubled: zoom and roll [deg] of a picture whose rows are doubled by a resampling, see
     :func:`~depthsim.gap.depth.data.doubling.find_doubling`.
     turn: [deg] by which registration finds the camera turned against its poses, about its x, y and z; late: [s] by
@@ -40,7 +40,7 @@ class Setting:
     span: float
     materials: Materials
     steps: tuple[float, float] | None = None
-    learned: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
+    learned: Mapping[str, Sequence[Mapping[str, Any]]] = dataclasses.field(default_factory=dict)
     size: tuple[int, int] | None = None
     doubled: tuple[float, float] | None = None
     turn: tuple[float, float, float] | None = None

@@ -278,10 +278,11 @@ def test_the_bank_is_the_registry() -> None:
     # A pattern of a random shape is none of this recording's.
     assert {h.effect for h in candidates(base, setting)} == bank - {"fixed_pattern"}
     grid = ((0.1, 0.3), (0.0, -0.2))
-    setting = replace(setting, learned={"fixed_pattern": {"amplitude": 0.1, "size": 30.0, "grid": grid}})
+    setting = replace(setting, learned={"fixed_pattern": [{"amplitude": 0.1, "size": 30.0, "grid": grid}] * 2})
     found = candidates(base, setting)
     assert {h.effect for h in found} == bank
-    (learned,) = [h for h in found if h.effect == "fixed_pattern"]
+    learned, in_place = [h for h in found if h.effect == "fixed_pattern"]
+    assert in_place == replace(learned, in_place=True) and not learned.in_place
     assert [free.label for free in learned.free] == ["amplitude"]
     assert learned.starts == ((0.1,),) and learned.fixed["grid"] == grid
     assert {h.effect for h in candidates(base, setting, ("fill_rate",))} == bank - {"fill_rate"}

@@ -155,7 +155,7 @@ def test_noise_has_no_fine_pattern(clean: Run, caster: Caster) -> None:
 
 
 def test_the_causes_stay_with_a_finer_pattern(fine: Evidence, caster: Caster) -> None:
-    setting = setting_of(fine, {FixedPattern.id: learn(fine.run, caster).effect().model_dump()})
+    setting = setting_of(fine, {FixedPattern.id: [learn(fine.run, caster).effect().model_dump()]})
     (one,) = (one for one in candidates(fine.base, setting) if one.effect == FixedPattern.id)
     validator = Validator(fine, fine.test)
     smooth = Selection(Model((one,), one.encode(one.starts[0])), {}, (), ())

@@ -261,8 +261,8 @@ def _bank(evidence: Evidence, without: Sequence[str], errors: PoseErrors | None)
         # Registration is the better test of the poses: what it does not find, no fit of their spread may.
         without = (*without, PoseNoise.id)
     learned = {}
-    if FixedPattern.id not in without and (pattern := learn_pattern(evidence)) is not None:
-        learned[FixedPattern.id] = pattern.effect().model_dump()
+    if FixedPattern.id not in without and (patterns := learn_pattern(evidence)):
+        learned[FixedPattern.id] = [pattern.effect().model_dump() for pattern in patterns]
     return candidates(evidence.base, setting_of(evidence, learned, errors), without, evidence.config.fit)
 
 

@@ -18,7 +18,9 @@ Vector = NDArray[np.float64]
 
 
 def setting_of(
-    evidence: Evidence, learned: Mapping[str, Mapping[str, Any]] | None = None, errors: PoseErrors | None = None
+    evidence: Evidence,
+    learned: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
+    errors: PoseErrors | None = None,
 ) -> Setting:
     """What of the recording decides where fits begin. learned: what was, by effect; errors: of the poses."""
     tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
@@ -73,7 +75,7 @@ class Candidate:
     """An effect to be added to a sensor, changed in it, or put in place of another.
 
     free: what is fitted; fixed: the other parameters; starts: where to begin, as vectors of values; replaces: the ids
-    of effects that go.
+    of effects that go. in_place: whether it is tried only in place of another form of the effect that is refused.
     """
 
     effect: str
@@ -81,6 +83,7 @@ class Candidate:
     fixed: Mapping[str, Any]
     starts: tuple[tuple[float, ...], ...]
     replaces: frozenset[str] = frozenset()
+    in_place: bool = False
 
     def parameters(self, x: Vector) -> dict[str, Any]:
         """The effect's parameters at ``x``."""
@@ -118,7 +121,8 @@ def candidates(
         if name not in present and not kind.possible(setting):
             continue
         if name in setting.learned:
-            found.append(_learned(kind, setting, config))
+            forms = [_learned(kind, values, setting, config) for values in setting.learned[name]]
+            found += [replace(form, in_place=number > 0) for number, form in enumerate(forms)]
         if name in present:
             found.append(_change(present[name], setting, config))
         elif not learned_of(kind):  # whose table is none of this recording's otherwise
@@ -146,8 +150,8 @@ def _between(free: Free, low: float, high: float) -> Free:
     return replace(free, low=max(free.low, low), high=min(free.high, high))
 
 
-def _learned(kind: type[Effect], setting: Setting, config: DepthFit) -> Candidate:
-    values, free = setting.learned[kind.id], _free(kind, setting, config)
+def _learned(kind: type[Effect], values: Mapping[str, Any], setting: Setting, config: DepthFit) -> Candidate:
+    free = _free(kind, setting, config)
     fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
     return Candidate(kind.id, free, fixed, (tuple(_value(f, values, setting) for f in free),))
 

@@ -6,7 +6,8 @@ two make it a Gaussian process, of which the averages are noisy values; the grid
 is shrunk to 0 where the averages say little.
 
 As long as other causes are not known the pattern is a smooth one, and whatever a turned mount, a scale or an offset
-explains as well is left to them. Beside known causes it is all that they leave, and as fine as one half of the frames
+explains as well is left to them. A second one keeps that, for the case that none of them is a cause: a pattern may be a
+ramp. Beside known causes it is all that they leave, and as fine as one half of the frames
 says of the other.
 """
 
@@ -85,13 +86,19 @@ class Pattern:
         return FixedPattern(amplitude=min(self.amplitude, 10.0), size=size, grid=rows)
 
 
-def learn_pattern(evidence: Evidence) -> Pattern | None:
-    """The pattern of the frames for fitting; None where there is none, or too few of them."""
+def learn_pattern(evidence: Evidence) -> list[Pattern]:
+    """The pattern of the frames for fitting, and then with all that a mount, a scale and an offset would explain.
+
+    None where there is no pattern beside these, or there are too few frames.
+    """
     frames = [int(i) for block in evidence.train for i in evidence.blocks[block]]
     if len(frames) < _LEAST_FRAMES:
-        return None
-    found = learn(evidence.run, evidence.caster, frames)
-    return None if found.is_none else found
+        return []
+    cells, seen = _seen(evidence.run, evidence.caster, frames)
+    found = _Learner(cells, seen).learned()
+    if found.is_none:
+        return []
+    return [found, _Learner(cells, [(residual, none[:, :0], place) for residual, none, place in seen]).learned()]
 
 
 def learn(run: Run, caster: Caster, frames: Iterable[int] | None = None) -> Pattern:
@@ -99,6 +106,11 @@ def learn(run: Run, caster: Caster, frames: Iterable[int] | None = None) -> Patt
 
     The poses should be registered first: a pattern is what they leave alike in all frames.
     """
+    return _Learner(*_seen(run, caster, frames)).learned()
+
+
+def _seen(run: Run, caster: Caster, frames: Iterable[int] | None) -> tuple[Cells, list[Residuals]]:
+    """What some of the frames are off by from the scene, and the cells that this is counted in."""
     every = sorted(set(range(len(run)) if frames is None else frames))
     some = [every[k] for k in np.unique(np.linspace(0, len(every) - 1, _MOST_FRAMES).round().astype(int))]
     look = Look.at(run, caster, _SAMPLES)
@@ -106,7 +118,7 @@ def learn(run: Run, caster: Caster, frames: Iterable[int] | None = None) -> Patt
         look.load(index)
     look.cut_disparities(some)
     cells = Cells(run.camera, look.stride, look.camera.shape, look.stride // 2 - look.stride / 2)
-    return _Learner(cells, [scene_residuals(look, cells, index) for index in some]).learned()
+    return cells, [scene_residuals(look, cells, index) for index in some]
 
 
 def learn_fine(evidence: Evidence, others: Sequence[Effect]) -> Pattern | None:

@@ -267,7 +267,9 @@ class Search:
         base = so_far.build(self.base) if so_far else self.base
         target, roots = self._targets[len(self._few)], self._roots(self._few)
         open_to = [
-            k for k, c in enumerate(self.bank) if not (c.effect in taken or c.replaces & taken or is_out(c.effect))
+            k
+            for k, c in enumerate(self.bank)
+            if not (c.in_place or c.effect in taken or c.replaces & taken or is_out(c.effect))
         ]
         here, begun = roots(base), {}
         for number in open_to:
