@@ -188,6 +188,9 @@ class DepthAgreement(Section):
     left_of_own: float = _value(
         0.25, "of what changes along the axis that it is known by, that an effect with many parameters may leave"
     )
+    left_by_exact: float = _value(
+        0.05, "of how biases change along their first axis, that an effect may leave which is geometry"
+    )
     as_much: float = _value(
         0.85, "of what an axis of no cause explains, that one of its own must, for an effect with many parameters"
     )

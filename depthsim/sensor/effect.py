@@ -76,6 +76,8 @@ class Effect(BaseModel):
     """whether the effect asks what the right imager sees"""
     moves_camera: ClassVar[bool] = False
     """whether the pictures that it leaves are of another camera beside: it also acts in :meth:`bend`, at any stage"""
+    exact: ClassVar[bool] = False
+    """whether it is geometry, of which there is no other formula"""
     law: ClassVar[str] = ""
     """what it is a law of, where a sensor has one such law: a fit tries it beside and in place of another one"""
     forms: ClassVar[tuple[Mapping[str, float], ...]] = ({},)

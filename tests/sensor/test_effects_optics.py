@@ -10,7 +10,7 @@ from shapes import MATERIALS, Array, as_scene, camera, quad, wall
 from depthsim.camera import distort
 from depthsim.raycast import Caster
 from depthsim.sensor import Effect, Sensor
-from depthsim.sensor.effects.lens import LateralNoise, LensDistortion
+from depthsim.sensor.effects.lens import Intrinsics, LateralNoise, LensDistortion
 from depthsim.sensor.sensor import Measurement
 
 CAMERA = camera(200, 150, 120)
@@ -35,6 +35,21 @@ def test_rays_are_bent_with_the_radius(k1: float, k2: float) -> None:
     assert np.abs(measured.depth / plane_depth(x, y) - 1).max() < 1e-5
     # Depth is along the axis: on a wall square to it bent rays make no difference.
     assert np.abs(measure(LensDistortion(k1=k1, k2=k2), caster=SQUARE).depth - 3).max() < 1e-5
+
+
+@pytest.mark.parametrize("off", [{"fx": 1.1}, {"fy": 0.9}, {"cx": 4.0}, {"cy": -7.5}, {}])
+def test_rays_go_where_other_intrinsics_put_them(off: dict[str, float]) -> None:
+    neutral = {"fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0}
+    effect = Intrinsics(**(neutral | off if off else {}))
+    other = CAMERA.model_copy(
+        update={
+            "fx": CAMERA.fx * effect.fx, "fy": CAMERA.fy * effect.fy,
+            "cx": CAMERA.cx + effect.cx, "cy": CAMERA.cy + effect.cy,
+        }
+    )  # fmt: skip
+    measured, there = measure(effect), Sensor(TILTED, other, [], MATERIALS).measure(np.eye(4))
+    assert np.abs(measured.depth / there.depth - 1).max() < 1e-5
+    assert np.abs(measure(effect, caster=SQUARE).depth - 3).max() < 1e-5
 
 
 def test_distortion_is_the_same_in_every_frame_and_nothing_in_the_middle() -> None:

@@ -61,6 +61,7 @@ class ExtrinsicRotation(Effect):
     axes = ("image_position", "image_row", "image_column", "incidence", "surface", "height", "edge_distance")
     kinds = ("bias", "spread", "tail")
     recording = "a camera that stands still before a wall and before a corner"
+    exact = True
     shown: ClassVar = {"z": 2.0}
 
     x: float = _angle("x", "pitch")

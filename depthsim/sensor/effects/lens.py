@@ -1,4 +1,4 @@
-"""Rays that go elsewhere than the calibration says: bent with the image radius, or jittering."""
+"""Rays that go elsewhere than the calibration says: by other intrinsics, bent with the image radius, or jittering."""
 
 from typing import ClassVar
 
@@ -63,6 +63,61 @@ class LensDistortion(Effect):
         bent = view.scratch.empty(view.rays.shape)
         flat = *view.rays.reshape(2, -1), *bent.reshape(2, -1)
         split(_bend, flat[0].size, view.threads, np.float32(self.k1), np.float32(self.k2), *flat)
+        view.rays = bent
+
+
+_DEFAULTS = (
+    "what a Kinect's driver takes without a calibration, 525 px, against that of freiburg1 (TUM RGB-D benchmark)"
+)
+
+
+def _focal(axis: str, value: float) -> float:
+    about = f"true focal length f{axis} over that of the camera"
+    focal: float = parameter(
+        value, low=0.5, high=2, unit="1", neutral=1, about=about, source=_DEFAULTS, starts=(1.0,), step=0.002
+    )
+    return focal
+
+
+def _center(axis: str, value: float) -> float:
+    about = f"true principal point c{axis} minus that of the camera"
+    center: float = parameter(
+        value, low=-200, high=200, unit="px", neutral=0, about=about, source=_DEFAULTS, starts=(0.0,), step=0.5
+    )
+    return center
+
+
+class Intrinsics(Effect):
+    """The rays go where other intrinsics put them: x to (x - cx/f) / fx, with f the camera's own focal length [px].
+
+    How the depth is scaled by a wrong focal length is no part of it, see baseline_scale.
+    """
+
+    id: ClassVar[str] = "intrinsics"
+    stage: ClassVar[Stage] = Stage.OPTICS
+    source: ClassVar[str] = "the pinhole camera; R. Hartley, A. Zisserman, 'Multiple View Geometry', 2004, section 6.1"
+    axes = ("image_position", "image_row", "image_column", "image_radius", "incidence", "surface", "edge_distance")
+    kinds = ("bias", "spread", "tail")
+    recording = "a camera that stands still before a corner of two walls and the floor"
+    exact = True
+
+    fx: float = _focal("x", 0.985)
+    fy: float = _focal("y", 0.984)
+    cx: float = _center("x", -0.9)
+    cy: float = _center("y", 15.8)
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether they are the camera's own."""
+        return self.fx == self.fy == 1 and self.cx == self.cy == 0
+
+    def bend(self, view: View) -> None:
+        """Put every ray where it goes."""
+        bent, camera = view.scratch.empty(view.rays.shape), view.camera
+        offsets, scales = (self.cx / camera.fx, self.cy / camera.fy), (self.fx, self.fy)
+        for axis, (offset, scale) in enumerate(zip(offsets, scales, strict=True)):
+            np.subtract(view.rays[axis], np.float32(offset), out=bent[axis])
+            np.divide(bent[axis], np.float32(scale), out=bent[axis])
         view.rays = bent
 
 

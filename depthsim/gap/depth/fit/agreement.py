@@ -188,7 +188,7 @@ def _of_kind(asked: Asked, k: int) -> str | None:
     if why is None and asked.alone and (primary or not asked.closes_well):
         why = rules.leaves_elsewhere(asked, k)
     if why is None and asked.alone and primary:
-        others = rules.leaves_crossed, rules.brings, rules.leaves_own, rules.is_for_another_axis
+        others = rules.leaves_geometry, rules.leaves_crossed, rules.brings, rules.leaves_own, rules.is_for_another_axis
         why = next(filter(None, (rule(asked, k) for rule in others)), None)
     return why
 

@@ -324,6 +324,21 @@ def leaves_crossed(asked: Asked, k: int) -> str | None:
     return None
 
 
+def leaves_geometry(asked: Asked, k: int) -> str | None:
+    """Whether an effect that has no other formula leaves some of how biases change along an axis of no other cause.
+
+    Such as a turned mount for a principal point that is off.
+    """
+    if not asked.effect.exact or KINDS[k] != "bias":
+        return None
+    sure, worth = worth_of(asked.validator, asked.gap, k)
+    first = int(np.argmax(worth))
+    if not sure[first] or asked.others(first, k):
+        return None
+    share = asked.surely_left(k, first)
+    return f"leaves {share:.0%} of how {asked.change_along(k, first)}" if share > asked.limit.left_by_exact else None
+
+
 def brings(asked: Asked, k: int) -> str | None:
     """Whether an effect makes biases change along an axis of its own, where the recording's do not.
 
