@@ -15,6 +15,7 @@ from depthsim.gap.config import DepthSelect
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes
+from depthsim.gap.depth.fit.in_one import in_one
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import Say, Search, Trial
@@ -94,6 +95,7 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
         chain = _better(search, chain, _chain(search, score, other))
     if chain.model is None:
         return Selection(Model((), np.empty(0)), {}, chain.nearest, tuple(chain.looked))
+    chain.model = in_one(search, chain.model, chain.gap).model
     say("refining the parameters")
     model = search.refined(chain.model)
     ties = {cause: equals for cause, equals in chain.ties.items() if cause in chain.named}
