@@ -20,12 +20,12 @@ POSE = np.eye(4)
 POSE[2, 3] = -4
 
 
-@pytest.mark.parametrize("radius", [1, 2, 5])
-def test_the_foreground_grows_by_whole_pixels_as_a_dilation_does(radius: int) -> None:
+@pytest.mark.parametrize(("radius", "aspect", "down"), [(1, 1, 1), (2, 1, 2), (5, 1, 5), (3, 0, 0), (4, 0.5, 2)])
+def test_the_foreground_grows_by_whole_pixels_as_a_dilation_does(radius: int, aspect: float, down: int) -> None:
     flat = as_scene(sphere(2, 0.3, (0, 0, 1.5)), sphere(2, 0.2, (0.4, 0.1, 2)), wall(4))
-    sensor = Sensor(Caster(flat), CAMERA, [EdgeFattening(radius=radius, step=0.5)], MATERIALS)
+    sensor = Sensor(Caster(flat), CAMERA, [EdgeFattening(radius=radius, aspect=aspect, step=0.5)], MATERIALS)
     measured, clean = sensor.measure(np.eye(4)), Sensor(Caster(flat), CAMERA, [], MATERIALS).measure(np.eye(4))
-    nearest = ndimage.minimum_filter(clean.clean.depth, 2 * radius + 1, mode="nearest")
+    nearest = ndimage.minimum_filter(clean.clean.depth, (2 * down + 1, 2 * radius + 1), mode="nearest")
     fb = CAMERA.focal_baseline
     edge = fb / nearest > fb / clean.clean.depth + 0.5
     assert np.array_equal(measured.depth != clean.depth, edge) and 0.01 < edge.mean() < 0.5

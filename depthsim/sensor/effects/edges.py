@@ -31,19 +31,21 @@ def _find_nearest(start, stop, width, reach, focal_baseline, clean, disparity, m
 
 
 @kernel
-def _grow(start, stop, width, reach, radius, step, uniform, disparity, most, before, after):
-    """Background within ``radius`` of a foreground becomes it; rows ``start`` to ``stop``, in pixels.
+def _grow(start, stop, width, reach, radius, aspect, step, uniform, disparity, most, before, after):
+    """Background within ``radius`` of a foreground becomes it, ``aspect`` times that above and below; rows ``start`` to
+    ``stop``, in pixels.
 
     before: (pixels,) each: measured depth, then clean depth, face, cosine and tag. after: copies of them, changed.
     """
     measured, clean, face, cosine, tag = before
     depth, new_clean, new_face, new_cosine, new_tag = after
-    height = disparity.size // width
+    height, half = disparity.size // width, _f(0.5)
     tallest = np.empty(width, np.float32)
     for at in range(start, stop, width):
         v = at // width
         tallest[:] = most[at : at + width]
-        for k in range(max(v - reach, 0), min(v + reach + 1, height)):
+        down = np.int32(reach * aspect + half)
+        for k in range(max(v - down, 0), min(v + down + 1, height)):
             row = most[k * width : k * width + width]
             for u in range(width):
                 tallest[u] = max(tallest[u], row[u])
@@ -53,7 +55,8 @@ def _grow(start, stop, width, reach, radius, step, uniform, disparity, most, bef
                 continue
             best, found = own[u] + step, -1
             for ring in range(1, np.int32(radius + uniform[at + u]) + 1):
-                for y in range(max(v - ring, 0), min(v + ring + 1, height)):
+                down = np.int32(ring * aspect + half)
+                for y in range(max(v - down, 0), min(v + down + 1, height)):
                     for x in range(max(u - ring, 0), min(u + ring + 1, width)):
                         if disparity[y * width + x] > best:
                             best, found = disparity[y * width + x], y * width + x
@@ -92,6 +95,7 @@ class EdgeFattening(Effect):
     axes = ("edge_distance",)
     kinds = ("bias", "tail")
     recording = "a sharp straight edge before a far background"
+    forms: ClassVar = ({"aspect": 1.0}, {"aspect": 0.0})
 
     radius: float = parameter(
         1.5,
@@ -112,6 +116,15 @@ class EdgeFattening(Effect):
         source="assumed",
         starts=(0.4,),
     )
+    aspect: float = parameter(
+        1.0,
+        low=0,
+        high=1,
+        unit="1",
+        about="how far it grows above and below over how far to the sides",
+        source="assumed: a square window; 0 of one along a row",
+        frozen=True,
+    )
 
     def apply(self, frame: Frame) -> None:
         """Grow the foreground, in the depth and in what later effects take for the geometry."""
@@ -127,7 +140,8 @@ class EdgeFattening(Effect):
         frame.run(_find_nearest, width, reach, focal_baseline, clean, disparity, most, multiple=width)
         before = measured, *(picture.reshape(-1) for picture in pictures)
         after = depth.reshape(-1), *(copy.reshape(-1) for copy in copies)
-        frame.run(_grow, width, reach, radius, _f(self.step), uniform, disparity, most, before, after, multiple=width)
+        shape = radius, _f(self.aspect), _f(self.step)
+        frame.run(_grow, width, reach, *shape, uniform, disparity, most, before, after, multiple=width)
         sees = geometry.right_sees
         if sees is not None:
             seen, sees = sees, frame.empty(np.uint8)
