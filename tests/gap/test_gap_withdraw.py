@@ -100,6 +100,15 @@ def test_what_registered_frames_leave_is_no_cause(
         assert found.nearest[0].closed_fraction == pytest.approx(closes)
 
 
+def test_a_cause_with_a_value_for_each_material_stays_beside_poses(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
+    monkeypatch.setattr(Model, "parameters", lambda model, number: {"m": {"wood": 0.5, "glass": 0.8}, "floor": 0.005})
+    errors = cast("PoseErrors", SimpleNamespace(turn_by_chance=0.1, late_by_chance=0.1))
+    selecting = SimpleNamespace(evidence=VALIDATOR.evidence, quick=lambda effects: 1.0 - 0.4 * len(effects))
+    given = selection("material_noise")
+    assert withdraw.left_by_poses(errors, cast("Validator", selecting), given, 1.0) is given
+
+
 def test_beside_errors_of_the_poses_a_cause_closes_something(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
     parts = {"lateral_noise": -0.2, "disparity_noise": 0.4}

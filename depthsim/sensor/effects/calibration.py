@@ -41,6 +41,7 @@ class BaselineScale(Effect):
     axes = ("range",)
     kinds = ("bias",)
     recording = "one flat target at several known ranges, from near to far"
+    exact = True
     shown: ClassVar = {"scale": 0.98}
 
     scale: float = parameter(
@@ -105,6 +106,7 @@ class DisparityOffset(Effect):
     axes = ("range",)
     kinds = ("bias",)
     recording = "one flat target at several known ranges, from near to far"
+    exact = True
 
     offset: float = parameter(
         0.1,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from depthsim.gap.depth.data.equations import Equations, equations
 from depthsim.gap.depth.data.mixed_model import FINE, MixedModel
@@ -31,9 +32,9 @@ _SAMPLES = 40_000
 """Pixels of a frame that its motion is at last determined by, about."""
 _LEAST_PIXELS = 200
 """A frame with fewer says nothing."""
-_THREE, _ONE = 16.3, 3.3
-"""What is alike in all frames is a mount's or late stamps' above this chi square of three or this many standard errors
-(1 in 1000): below it is what random errors leave on average."""
+_SURE, _ONE = 0.999, 3.3
+"""What is alike in all frames is a mount's or late stamps' where random errors leave as much on average in 1 of 1000
+recordings; that many standard errors of one number."""
 _NOTHING = 1e-9
 """The prior of what is held at 0."""
 _TUKEY = 4.685
@@ -123,10 +124,12 @@ class _Work(MixedModel):
         free = self.priors
         # Errors that last are fewer than the frames.
         lasting = self._lasting()
+        # Three means over a variance that is known from what the frames say of three directions (Fisher's F).
+        most = 3 * float(stats.f.ppf(_SURE, 3, 3 * max(len(self.frames) / lasting - 1, 1)))
         held = np.zeros(self.count, np.bool_)
         for part in (slice(0, 3), slice(3, 6)):
             mount, covariance = self.beta[part], lasting * self.beta_covariance[part, part]
-            held[part] = mount @ np.linalg.solve(covariance, mount) < _THREE
+            held[part] = mount @ np.linalg.solve(covariance, mount) < most
         # Of poses that jitter, those of a moment between two frames are their mean, and fit better than either. So late
         # stamps are tried against the motion of the registered camera.
         held[6] = True

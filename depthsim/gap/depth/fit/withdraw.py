@@ -44,23 +44,29 @@ def left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selection
     A turn of the mount, or late stamps, that are no more than what random errors leave on average, what closes next to
     nothing of it, and what errors of the poses close as well that are no larger than what registering leaves.
     """
-    limit = selecting.evidence.config.select
+    limit, left_alike = selecting.evidence.config.select, "by no more than the poses' errors leave on average"
+    by_chance = {
+        ExtrinsicRotation.id: (errors.turn_by_chance, f"turns the mount {left_alike}"),
+        TimeOffset.id: (errors.late_by_chance, f"moves the stamps {left_alike}"),
+    }
     for number, part in reversed([*enumerate(selection.model.parts)]):
         closes = _closes(selecting, selection, number)
         left = closes < limit.beside_poses * gap or (
             closes < limit.further * gap and _as_left_by_poses(errors, selecting, selection, number, closes)
         )
-        size = np.linalg.norm([*selection.model.parameters(number).values()])
-        if part.effect == ExtrinsicRotation.id and size < errors.turn_by_chance:
-            why = "turns the mount by no more than the poses' errors leave on average"
-        elif part.effect == TimeOffset.id and size < errors.late_by_chance:
-            why = "moves the stamps by no more than the poses' errors leave on average"
+        if part.effect in by_chance and _size(selection, number) < by_chance[part.effect][0]:
+            why = by_chance[part.effect][1]
         elif left and not _makes_steps(selecting, selection, number):
             why = "closes no more than what registering leaves of the poses' errors"
         else:
             continue
         selection = _less(selecting, selection, number, why)
     return selection
+
+
+def _size(selection: Selection, number: int) -> float:
+    """Of a cause's parameters together."""
+    return float(np.linalg.norm([*selection.model.parameters(number).values()]))
 
 
 def _as_left_by_poses(
