@@ -153,6 +153,8 @@ def disagreement(
     well = was - validator.quick(after) >= validator.evidence.config.agreement.well * (was - least)
     asked = _asked(validator, effect, before, after)
     why = _of_gap(replace(asked, alone=alone, flexible=flexible, closes_well=well))
+    if why is None and alone:
+        why = rules.opposes(asked, after)
     is_first = tuple(before) == validator.evidence.base
     if why and is_first and not validator.score(after).stands_out(validator.config):  # nothing is left to disagree on
         return None

@@ -26,6 +26,16 @@ def brought(validator: Validator, axis: str, before: Sequence[Effect], after: Se
     return float(off[1] - off[0])
 
 
+def opposed(validator: Validator, effects: Sequence[Effect]) -> float:
+    """By how much the recording's correlation of neighbouring pixels is below that of ``effects``, in rows or columns.
+
+    A bias or a correlation that the recording has, and the simulation not, makes it larger.
+    """
+    axis = "pixel_neighbours"
+    recorded = _correlations(validator, validator.real.sum(axis=0), axis)
+    return float((_simulated(validator, effects, axis) - recorded).max())
+
+
 def _simulated(validator: Validator, effects: Sequence[Effect], axis: str) -> NDArray[np.float64]:
     return _correlations(validator, validator.runs(effects, 1)[0].sum(axis=0), axis)
 
