@@ -13,6 +13,8 @@ from depthsim.sensor.effect import Effect
 HISTOGRAMS = {"pixel_neighbours": (histograms.LEFT, histograms.UP), "frame_neighbours": (histograms.BEFORE,)}
 """The histograms by which each is known."""
 _COARSE = 5
+_SURE = 5.0
+"""Standard deviations from run to run."""
 _EQUAL = 2 * len(histograms.APART) + 2
 
 
@@ -27,13 +29,15 @@ def brought(validator: Validator, axis: str, before: Sequence[Effect], after: Se
 
 
 def opposed(validator: Validator, effects: Sequence[Effect]) -> float:
-    """By how much the recording's correlation of neighbouring pixels is below that of ``effects``, in rows or columns.
+    """By how much the recording's correlation of neighbouring pixels is below that of ``effects``, in rows or columns,
+    beyond what runs of these differ by.
 
     A bias or a correlation that the recording has, and the simulation not, makes it larger.
     """
-    axis = "pixel_neighbours"
-    recorded = _correlations(validator, validator.real.sum(axis=0), axis)
-    return float((_simulated(validator, effects, axis) - recorded).max())
+    runs = (validator.real, *validator.runs(effects, validator.evidence.config.fit.runs))
+    recorded, *simulated = (_correlations(validator, run.sum(axis=0), "pixel_neighbours") for run in runs)
+    lowest = np.mean(simulated, axis=0) - _SURE * np.std(simulated, axis=0, ddof=1)
+    return float((lowest - recorded).max())
 
 
 def _simulated(validator: Validator, effects: Sequence[Effect], axis: str) -> NDArray[np.float64]:
