@@ -75,7 +75,8 @@ class Candidate:
     """An effect to be added to a sensor, changed in it, or put in place of another.
 
     free: what is fitted; fixed: the other parameters; starts: where to begin, as vectors of values; replaces: the ids
-    of effects that go. in_place: whether it is tried only in place of another form of the effect that is refused.
+    of effects that go. in_place: whether it is tried only in place of another form of the effect: one that is
+    refused, or one and the biases beside it.
     """
 
     effect: str
