@@ -15,7 +15,7 @@ from depthsim.gap.depth.data.registration import register
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.finer import with_fine_pattern
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.pattern import Pattern, learn, learn_fine
+from depthsim.gap.depth.fit.pattern import Pattern, _Learner, learn, learn_fine, learn_pattern
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.materials import load_materials
@@ -111,6 +111,16 @@ def test_a_pattern_of_another_formula_is_learned(make: Any, clean: Run, caster: 
 
 def evidence_of(run: Run, caster: Caster) -> Evidence:
     return Evidence(run, caster.scene, load_materials(), (DisparityNoise(sigma=0.03),), 1)
+
+
+def test_a_pattern_with_all_in_it_may_be_none(monkeypatch: pytest.MonkeyPatch, fine: Evidence) -> None:
+    """A scale that drifts to and fro is left in it, and hides the rest: then there is the other one alone."""
+    found = learn_pattern(fine)
+    assert [one.is_none for one in found] == [False, False]
+    whole = replace(found[1], grid=0 * found[1].grid, amplitude=0.0)
+    shown = iter([found[0], whole])
+    monkeypatch.setattr(_Learner, "learned", lambda learner: next(shown))
+    assert learn_pattern(fine) == found[:1]
 
 
 def fine_bias() -> Array:

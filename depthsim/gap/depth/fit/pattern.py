@@ -7,8 +7,7 @@ is shrunk to 0 where the averages say little.
 
 As long as other causes are not known the pattern is a smooth one, and whatever a turned mount, a scale or an offset
 explains as well is left to them. A second one keeps that, for the case that none of them is a cause: a pattern may be a
-ramp. Beside known causes it is all that they leave, and as fine as one half of the frames
-says of the other.
+ramp. Beside known causes it is all that they leave, and as fine as one half of the frames says of the other.
 """
 
 from collections.abc import Iterable, Sequence
@@ -89,7 +88,7 @@ class Pattern:
 def learn_pattern(evidence: Evidence) -> list[Pattern]:
     """The pattern of the frames for fitting, and then with all that a mount, a scale and an offset would explain.
 
-    None where there is no pattern beside these, or there are too few frames.
+    Nothing where there is no pattern beside these, or there are too few frames.
     """
     frames = [int(i) for block in evidence.train for i in evidence.blocks[block]]
     if len(frames) < _LEAST_FRAMES:
@@ -98,7 +97,8 @@ def learn_pattern(evidence: Evidence) -> list[Pattern]:
     found = _Learner(cells, seen).learned()
     if found.is_none:
         return []
-    return [found, _Learner(cells, [(residual, none[:, :0], place) for residual, none, place in seen]).learned()]
+    whole = _Learner(cells, [(residual, known[:, :0], place) for residual, known, place in seen]).learned()
+    return [found] if whole.is_none else [found, whole]
 
 
 def learn(run: Run, caster: Caster, frames: Iterable[int] | None = None) -> Pattern:
