@@ -48,7 +48,7 @@ def test_a_pattern_has_what_lies_at_the_same_pixels(
     model = Model(
         tuple(smooth if one == "fixed_pattern" else replace(smooth, effect=one) for one in named), np.empty(0)
     )
-    found = in_one(cast("Search", search), model, 0.1).model
+    found = in_one(cast("Search", search), model, 0.1)
     if becomes is None:
         assert found is model
     else:

@@ -3,36 +3,28 @@
 Such as an offset of the disparities for a pattern whose mean is not 0, or a turned mount for one that is a ramp.
 """
 
-from collections.abc import Iterator
-
-from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import Search, Trial
+from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.ties import surely_worse
 from depthsim.sensor.effect import effect_class
 
 
-def in_one(search: Search, model: Model, gap: float) -> Trial:
+def in_one(search: Search, model: Model, gap: float) -> Model:
     """``model``, or with fewer causes that do as well on the frames held out. gap: what it leaves there."""
-    found = Trial(model, gap)
-    for whole in _wholes(search, model):
-        biases = [k for k, part in enumerate(model.parts) if effect_class(part.effect).kinds[0] == "bias"]
-        if len(biases) == 1:
-            continue
-        others = model
-        for number in reversed(biases):
-            others = others.less(number)
-        begun = search.begin(whole, others.build(search.base))
-        trial = search.validated(search.fit(others.plus(begun) if others.parts else begun, 3))
-        fewer, more = (one.build(search.base) for one in (trial.model, model))
-        as_well = trial.gap - gap < search.config.select.tied * search.whole
-        if as_well and not surely_worse(search.validator, fewer, more):
-            search.say(f"{whole.effect} alone does as well")
-            found = trial
-    return found
-
-
-def _wholes(search: Search, model: Model) -> Iterator[Candidate]:
-    """The forms with all in them, of effects that the model has in another form."""
     named = {part.effect for part in model.parts}
-    return (one for one in search.bank if one.in_place and one.effect in named and one not in model.parts)
+    wholes = (one for one in search.bank if one.in_place and one.effect in named and one not in model.parts)
+    whole = next(wholes, None)
+    biases = [k for k, part in enumerate(model.parts) if effect_class(part.effect).kinds[0] == "bias"]
+    if whole is None or len(biases) == 1:
+        return model
+    others = model
+    for number in reversed(biases):
+        others = others.less(number)
+    begun = search.begin(whole, others.build(search.base))
+    trial = search.validated(search.fit(others.plus(begun) if others.parts else begun, 3))
+    fewer, more = (one.build(search.base) for one in (trial.model, model))
+    as_well = trial.gap - gap < search.config.select.tied * search.whole
+    if not as_well or surely_worse(search.validator, fewer, more):
+        return model
+    search.say(f"{whole.effect} alone does as well")
+    return trial.model

@@ -432,7 +432,7 @@ def left_of_pairs(asked: Asked) -> float:
 def opposes(asked: Asked, after: Effects) -> str | None:
     """Whether a noise is for errors that neighbours have to opposite sides, and no other cause makes them go together.
 
-    Such as even and odd columns, or rows that are swapped, whose errors are no larger than those of a noise.
+    Such as even and odd columns, whose errors are no larger than those of a noise.
     """
     correlated = any(cause.kinds[0] == "correlation" and "pixel_neighbours" in cause.axes for cause in asked.named)
     if asked.effect.kinds[0] != "spread" or correlated:

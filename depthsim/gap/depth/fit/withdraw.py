@@ -44,19 +44,17 @@ def left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selection
     A turn of the mount, or late stamps, that are no more than what random errors leave on average, what closes next to
     nothing of it, and what errors of the poses close as well that are no larger than what registering leaves.
     """
-    limit, left_alike = selecting.evidence.config.select, "by no more than the poses' errors leave on average"
+    left_alike = "by no more than the poses' errors leave on average"
     by_chance = {
         ExtrinsicRotation.id: (errors.turn_by_chance, f"turns the mount {left_alike}"),
         TimeOffset.id: (errors.late_by_chance, f"moves the stamps {left_alike}"),
     }
     for number, part in reversed([*enumerate(selection.model.parts)]):
-        closes = _closes(selecting, selection, number)
-        left = closes < limit.beside_poses * gap or (
-            closes < limit.further * gap and _as_left_by_poses(errors, selecting, selection, number, closes)
-        )
         if part.effect in by_chance and _size(selection, number) < by_chance[part.effect][0]:
             why = by_chance[part.effect][1]
-        elif left and not _makes_steps(selecting, selection, number):
+        elif _as_left_by_poses(errors, selecting, selection, number, gap) and not _makes_steps(
+            selecting, selection, number
+        ):
             why = "closes no more than what registering leaves of the poses' errors"
         else:
             continue
@@ -69,14 +67,17 @@ def _size(selection: Selection, number: int) -> float:
     return float(np.linalg.norm([*selection.model.parameters(number).values()]))
 
 
-def _as_left_by_poses(
-    errors: PoseErrors, selecting: Validator, selection: Selection, number: int, closes: float
-) -> bool:
-    """Whether poses that are off by what registering leaves, by one or two standard errors, close most of what one
-    cause ``closes``."""
-    limit, less = selecting.evidence.config.agreement, selection.model.less(number).build(selecting.evidence.base)
+def _as_left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selection, number: int, gap: float) -> bool:
+    """Whether one cause closes next to nothing of the ``gap``, or little of which most is closed by poses that are off
+    by what registering leaves, one or two standard errors."""
+    config, closes = selecting.evidence.config, _closes(selecting, selection, number)
+    if closes < config.select.beside_poses * gap:
+        return True
+    if closes >= config.select.further * gap:
+        return False
+    less = selection.model.less(number).build(selecting.evidence.base)
     least = min(selecting.quick((*less, errors.left(times))) for times in (1, 2))
-    return selecting.quick(less) - least >= limit.mostly * closes
+    return selecting.quick(less) - least >= config.agreement.mostly * closes
 
 
 def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
