@@ -15,6 +15,15 @@ RIGHT_AXES: dict[str, tuple[str, ...]] = {
         "height",
         "edge_distance",
     ),
+    "intrinsics": (
+        "image_position",
+        "image_row",
+        "image_column",
+        "image_radius",
+        "incidence",
+        "surface",
+        "edge_distance",
+    ),
     "time_offset": ("motion", "time", "edge_distance", "surface"),
     "pose_noise": (
         "time",

@@ -112,7 +112,7 @@ def test_the_base_is_the_simulator():
     assert np.isnan(a).mean() == pytest.approx(np.isnan(b).mean(), abs=0.002)
 
 
-WITHOUT = {"threshold_filter", "matching_window", "intrinsics"}
+WITHOUT = {"threshold_filter", "matching_window"}
 """What no withheld case is made of: it is done in one way only, or has no second formula yet."""
 
 

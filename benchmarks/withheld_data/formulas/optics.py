@@ -61,6 +61,47 @@ class Decentred(_Radial):
         return np.stack([x * radial + 2 * p * x * y, y * radial + p * (r2 + 2 * y * y)]) * self._corner
 
 
+class _Calibrated(Formula):
+    """Another pinhole than the file's. amount: how far the ray of the farthest corner is off, as a share of its radius."""
+
+    span = (5e-4, 0.1)
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        self.sign = float(rng.choice([-1, 1]))
+        self._corner = float(np.hypot(*film.calibrated).max())
+
+
+class Zoomed(_Calibrated):
+    """The calibration is of another mode: the picture is zoomed about a point off its middle, and bent a little."""
+
+    effect = "intrinsics"
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        super().__init__(rng, film)
+        self.x, self.y, self.bend = (float(rng.uniform(-reach, reach)) for reach in (0.3, 0.3, 0.15))
+
+    def rays(self, take: Take, rays: Floats) -> Floats:
+        """The point in shares of the corner's radius, the bend in shares of the zoom."""
+        away = rays / self._corner - np.array([self.x, self.y])[:, None, None]
+        zoom = self.sign * self.amount * (1 + self.bend * np.sum(away**2, axis=0))
+        return rays + zoom * away * self._corner
+
+
+class Anamorphic(_Calibrated):
+    """Pixels that are not square, and axes that are not at right angles: fx alone is off, with some skew."""
+
+    effect = "intrinsics"
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        super().__init__(rng, film)
+        self.skew = float(rng.uniform(-0.2, 0.2))
+
+    def rays(self, take: Take, rays: Floats) -> Floats:
+        """x alone, by the amount, and by a share of it times y."""
+        x, y = rays
+        return np.stack([x + self.sign * self.amount * (x + self.skew * y), y])
+
+
 class LaplaceJitter(Formula):
     """Rays jitter by a Laplace law, wider in x than in y."""
 
