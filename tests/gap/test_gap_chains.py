@@ -170,3 +170,35 @@ def test_what_cancels_is_tried_as_one(
     assert (found is not None) == named
     begun.dropped.add("baseline_scale")
     assert select._cancelling(cast("Search", search), begun, first) is None
+
+
+@pytest.mark.parametrize(("gap", "agrees", "taken"), [(0.1, True, True), (0.3, True, False), (0.1, False, False)])
+def test_what_is_known_where_the_gap_lies_takes_the_place_of_what_is_not(
+    monkeypatch: pytest.MonkeyPatch, gap: float, agrees: bool, taken: bool
+) -> None:
+    """Holes on one material, in the place of holes anywhere."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    search = FakeSearch(noise_anywhere=0.2, noise_material=gap)
+    search.known_here = lambda of, kind: model("anywhere", "material").parts  # type: ignore[attr-defined]
+    search.begin = lambda candidate, base: model(candidate.effect)  # type: ignore[attr-defined]
+    search.disagreement = lambda of, number, alone: None if agrees else "leaves much"  # type: ignore[attr-defined]
+    monkeypatch.setattr(select, "effect_class", lambda effect: SimpleNamespace(id=effect, kinds=("missing",)))
+    found = select._in_its_place(cast("Search", search), model("noise", "anywhere"), 1)
+    assert ([part.effect for part in found.parts] if found else None) == (["noise", "material"] if taken else None)
+
+
+@pytest.mark.parametrize(
+    ("effect", "acts", "enough"),
+    [("edge_fattening", True, True), ("edge_fattening", False, False), ("material_dropout", True, False)],
+)
+def test_effects_of_other_kinds_of_error_are_no_rivals(
+    monkeypatch: pytest.MonkeyPatch, effect: str, acts: bool, enough: bool
+) -> None:
+    """Holes at a slant leave most of what an outline that has grown closes, but not all of it."""
+    monkeypatch.setattr(select, "_stays", lambda *_: False)
+    search, trials = FakeSearch(), [Trial(model("filter", name), 0.22) for name in ("incidence_dropout", effect)]
+    search.makes_steps = search.is_flexible = lambda of: False  # type: ignore[attr-defined]
+    search.left_along = lambda of: None  # type: ignore[attr-defined]
+    search.acts = lambda of: acts or of.parts[-1].effect == "incidence_dropout"  # type: ignore[attr-defined]
+    begun = chain(0.3, "spatial_filter")
+    assert select._closes_enough(cast("Search", search), begun, trials[0], trials) == enough

@@ -147,3 +147,30 @@ def test_a_little_noise_everywhere_beside_a_bias_is_what_its_formula_leaves(
     found = withdraw.left_by_biases(cast("Validator", selecting), given)
     assert (found is given) == stays
     assert stays or [part.effect for part in found.model.parts] == ["incidence_noise", beside]
+
+
+@pytest.mark.parametrize(
+    ("closes", "error", "its_own", "stays"),
+    [
+        (0.2, 0.05, False, True),
+        (0.2, 3.0, False, False),  # how much it closes is not known
+        (-0.1, 0.05, False, False),
+        (1e-3, 1e-4, False, False),  # less than a tenth of the floor
+        (1e-3, 1e-4, True, True),  # steps, or doubled rows, are there all the same
+    ],
+)
+def test_frames_that_were_not_seen_support_a_cause(
+    monkeypatch: pytest.MonkeyPatch, closes: float, error: float, its_own: bool, stays: bool
+) -> None:
+    monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
+    monkeypatch.setattr(withdraw, "closed_error", lambda *_: error)
+    monkeypatch.setattr(withdraw, "makes_steps", lambda *_: False)
+    monkeypatch.setattr(withdraw, "makes_doubling", lambda *_: its_own)
+    validator = SimpleNamespace(
+        config=DepthConfig().significance,
+        evidence=VALIDATOR.evidence,
+        score=lambda effects: SimpleNamespace(above=1.0, floor=0.1),
+        quick=lambda effects: 0.5 if effects else 0.5 + closes,
+    )
+    found = withdraw.unsupported(*[cast("Validator", validator)] * 2, selection("motion_noise"))
+    assert bool(found.model.parts) == stays

@@ -62,7 +62,7 @@ class Decentred(_Radial):
 
 
 class _Calibrated(Formula):
-    """Another pinhole than the file's. amount: how far the ray of the farthest corner is off, as a share of its radius."""
+    """Another pinhole than the file's. amount: how far the farthest corner's ray is off, as a share of its radius."""
 
     span = (5e-4, 0.1)
 

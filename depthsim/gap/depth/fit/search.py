@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 
@@ -164,7 +163,7 @@ class Search:
         """The leaders, of which not all make one kind of error, and whatever may make the recording's steps.
 
         And of each kind of the gap the first that acts along the axis on which that changes most, and the first that is
-        known by that axis.
+        known by that axis; by each of two that are crossed.
         """
         found: list[Model] = []
         steps = self.evidence.cuts.own_steps is not None
@@ -176,9 +175,9 @@ class Search:
                 found.append(model)
         for kind_of_gap, along in first_axes(self.validator, base):
             acting = [m for m in screened if _acts(m.parts[-1].effect, kind_of_gap, along)]
-            known_by = (m for m in acting if along & set(effect_class(m.parts[-1].effect).axes[:1]))
-            for first in (*acting[:1], *islice(known_by, 1)):
-                if all(first is not model for model in found):
+            for name in (None, *sorted(along)):
+                first = next((m for m in acting if name in (None, effect_class(m.parts[-1].effect).axes[0])), None)
+                if first is not None and all(first is not model for model in found):
                     found.append(first)
         return found
 
@@ -228,6 +227,15 @@ class Search:
                 for part, x, two in zip(so_far.parts, so_far.split(so_far.x), stands_for_two, strict=True)
             ]
             yield Model(so_far.parts, np.concatenate(xs)).plus(begin)
+
+    def known_here(self, model: Model, kind: str) -> Iterator[Candidate]:
+        """What may be added to a model and is known by the axis along which one kind of what is left changes most."""
+        taken = {name for part in model.parts for name in (part.effect, *part.replaces)}
+        first = [(one, along) for one, along in first_axes(self.validator, model.build(self.base)) if one == kind]
+        for candidate in self.bank:
+            is_open = not (candidate.in_place or candidate.effect in taken or candidate.replaces & taken)
+            if is_open and _is_known_by(candidate.effect, first):
+                yield candidate
 
     def is_flexible(self, candidate: Candidate) -> bool:
         """Whether it has so many parameters that it can stand for other effects."""
@@ -313,6 +321,12 @@ def worth_a_look(gains: Mapping[int, float], most: int) -> list[int]:
 def _acts(effect: str, kind: str, along: set[str]) -> bool:
     known = effect_class(effect)
     return kind == known.kinds[0] and bool(along & set(known.axes))
+
+
+def _is_known_by(effect: str, first: Sequence[tuple[str, set[str]]]) -> bool:
+    """Whether the axis that an effect is known by is the first one of its kind of error."""
+    known = effect_class(effect)
+    return any(kind == known.kinds[0] and along & set(known.axes[:1]) for kind, along in first)
 
 
 def _key(model: Model) -> frozenset[str]:

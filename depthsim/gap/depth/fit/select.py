@@ -337,10 +337,16 @@ def _closes_enough(search: Search, chain: _Chain, trial: Trial, leaders: Sequenc
         return False
     if not search.is_flexible(trial.newest):  # with many parameters as much is closed of anything
         others = [other for other in others if other.gap < trial.gap or not search.is_flexible(other.newest)]
+    if search.acts(trial.model):  # two that act where errors of different kinds lie are no rivals
+        others = [other for other in others if not (_is_other_kind(trial, other) and search.acts(other.model))]
     along = search.left_along(trial.model)
     learned = learned_of(effect_class(trial.newest.effect))  # as much as other frames say for sure is there
     acts = along is not None and (bool(learned) or along <= limit.left_alone)
     return all(_stays(search, gap, trial, other) or (acts and not search.acts(other.model)) for other in others)
+
+
+def _is_other_kind(one: Trial, other: Trial) -> bool:
+    return effect_class(one.newest.effect).kinds[0] != effect_class(other.newest.effect).kinds[0]
 
 
 def _is_alike(effect: str, named: Sequence[str]) -> bool:
@@ -408,6 +414,28 @@ def _confirmed(search: Search, refuse: Callable[[str, float, str], None], model:
             break
         search.say(f"{model.parts[worst].effect} is no cause: it {why}")
         refuse(model.parts[worst].effect, shares[worst] / search.whole, why)
+        if not faint and (better := _in_its_place(search, model, worst)):
+            model = better
+            continue
         model = model.less(worst)
         model = search.fit(model, 3) if model.parts else model
     return model
+
+
+def _in_its_place(search: Search, model: Model, worst: int) -> Model | None:
+    """The model with an effect in the place of one that does not act where the gap lies; None where none is better.
+
+    It is known by the axis on which what the others leave of that kind of gap changes most.
+    """
+    less, refused = model.less(worst), effect_class(model.parts[worst].effect)
+    best, found = search.validated(model).gap, None
+    for candidate in search.known_here(less, refused.kinds[0]) if less.parts else ():
+        if candidate.effect == refused.id:
+            continue
+        begun = less.plus(search.begin(candidate, less.build(search.base)))
+        trial = search.validated(search.fit(begun, 4, search.config.fit.behind * model.loss))
+        if trial.gap < best and search.disagreement(trial.model, len(less.parts), alone=True) is None:
+            best, found = trial.gap, trial.model
+    if found is not None:
+        search.say(f"{found.parts[-1].effect} in place of {refused.id}")
+    return found

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from depthsim.gap.depth.data.pose_errors import PoseErrors
-from depthsim.gap.depth.fit.agreement import left_of_change, makes_steps
+from depthsim.gap.depth.fit.agreement import left_of_change, makes_doubling, makes_steps
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.shapley import credit
@@ -23,17 +23,21 @@ _NEIGHBOURS = {"pixel_neighbours", "frame_neighbours"}
 def unsupported(validator: Validator, selecting: Validator, selection: Selection) -> Selection:
     """Without the causes that the frames that are reported on do not support.
 
-    Without them no more is left there, or what they close is unknown by more than the whole gap.
+    Without them no more is left there, or what they close is unknown by more than the whole gap, or next to nothing.
     """
     base, model = validator.evidence.base, selection.model
     start, full = (validator, base), (validator, model.build(base))
     whole = max(validator.score(base).above, 1e-12)
+    faint = validator.config.faint * validator.score(full[1]).floor / whole
     for number in reversed(range(len(model.parts))):
         less = validator, model.less(number).build(base)
         closes = (validator.quick(less[1]) - validator.quick(full[1])) / whole
         if closes > 0 and closed_error(start, less, full) <= max(validator.config.unknown, closes):
-            continue
-        why = "closes something on some frames, and on others nothing, or the opposite"
+            if closes >= faint or _shows_for_sure(validator, selection, number):
+                continue
+            why = "closes next to nothing beside the others"
+        else:
+            why = "closes something on some frames, and on others nothing, or the opposite"
         selection = _less(selecting, selection, number, why)
     return selection
 
@@ -52,7 +56,7 @@ def left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selection
     for number, part in reversed([*enumerate(selection.model.parts)]):
         if part.effect in by_chance and _size(selection, number) < by_chance[part.effect][0]:
             why = by_chance[part.effect][1]
-        elif _as_left_by_poses(errors, selecting, selection, number, gap) and not _makes_steps(
+        elif _as_left_by_poses(errors, selecting, selection, number, gap) and not _shows_for_sure(
             selecting, selection, number
         ):
             why = "closes no more than what registering leaves of the poses' errors"
@@ -134,11 +138,11 @@ def _closes(selecting: Validator, selection: Selection, number: int) -> float:
     return selecting.quick(model.less(number).build(base)) - selecting.quick(model.build(base))
 
 
-def _makes_steps(selecting: Validator, selection: Selection, number: int) -> bool:
-    """Whether one cause puts the disparities on the recording's steps, which no other error does."""
+def _shows_for_sure(selecting: Validator, selection: Selection, number: int) -> bool:
+    """Whether one cause makes the recording's steps, or its doubled rows, which no other error does."""
     model, base = selection.model, selecting.evidence.base
-    effect = effect_class(model.parts[number].effect)
-    return makes_steps(selecting, effect, model.less(number).build(base), model.build(base))
+    change = effect_class(model.parts[number].effect), model.less(number).build(base), model.build(base)
+    return makes_steps(selecting, *change) or makes_doubling(selecting, *change)
 
 
 def _less(selecting: Validator, selection: Selection, number: int, why: str) -> Selection:
