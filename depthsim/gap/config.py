@@ -202,7 +202,7 @@ class DepthAgreement(Section):
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
     together: float = _value(0.2, "of what an effect does: with more going together, it is no independent error")
     opposed: float = _value(
-        0.1, "of a correlation of neighbours: a noise that leaves it so much above the recording's is another error's"
+        0.05, "of neighbouring pixels: with so many more off to opposite sides than to the same, a noise is no cause"
     )
     brought_together: float = _value(
         0.03, "of a correlation of neighbours: one that is farther from the recording's by more is another's"

@@ -13,8 +13,6 @@ from depthsim.sensor.effect import Effect
 HISTOGRAMS = {"pixel_neighbours": (histograms.LEFT, histograms.UP), "frame_neighbours": (histograms.BEFORE,)}
 """The histograms by which each is known."""
 _COARSE = 5
-_SURE = 5.0
-"""Standard deviations from run to run."""
 _EQUAL = 2 * len(histograms.APART) + 2
 
 
@@ -28,16 +26,22 @@ def brought(validator: Validator, axis: str, before: Sequence[Effect], after: Se
     return float(off[1] - off[0])
 
 
-def opposed(validator: Validator, effects: Sequence[Effect]) -> float:
-    """By how much the recording's correlation of neighbouring pixels is below that of ``effects``, in rows or columns,
-    beyond what runs of these differ by.
+def opposed(validator: Validator) -> float:
+    """Share of the recording's neighbouring pixels, in rows or columns, that are off from the scene to opposite sides,
+    less the share of those to the same side: 0 of independent errors however they are spread, 1 where all are opposite.
 
-    A bias or a correlation that the recording has, and the simulation not, makes it larger.
+    A bias that neighbours share makes it less.
     """
-    runs = (validator.real, *validator.runs(effects, validator.evidence.config.fit.runs))
-    recorded, *simulated = (_correlations(validator, run.sum(axis=0), "pixel_neighbours") for run in runs)
-    lowest = np.mean(simulated, axis=0) - _SURE * np.std(simulated, axis=0, ddof=1)
-    return float((lowest - recorded).max())
+    evidence = validator.evidence
+    counts = np.zeros((2, 2))
+    for index in (int(i) for block in validator.few for i in evidence.blocks[block]):
+        measured, clean, mask = evidence.recorded(index), evidence.frames[index].geometry.depth, evidence.trusted(index)
+        is_known = (measured > 0) & (clean > 0) & (True if mask is None else mask)
+        side = np.where(is_known, np.sign(measured * evidence.camera.depth_scale - clean), 0)
+        both = side[:, 1:] * side[:, :-1], side[1:] * side[:-1]
+        counts += [[np.sum(pairs < 0), np.sum(pairs > 0)] for pairs in both]
+    opposite, same = counts.T
+    return float(((opposite - same) / np.maximum(opposite + same, 1)).max())
 
 
 def _simulated(validator: Validator, effects: Sequence[Effect], axis: str) -> NDArray[np.float64]:

@@ -429,15 +429,12 @@ def left_of_pairs(asked: Asked) -> float:
     return float(asked.left.pairs[own].sum()) / max(float(asked.gap.pairs[own].sum()), 1e-12)
 
 
-def opposes(asked: Asked, after: Effects) -> str | None:
-    """Whether a noise is for errors that neighbours have to opposite sides, and no other cause makes them go together.
+def opposes(asked: Asked) -> str | None:
+    """Whether a noise is for errors that neighbours have to opposite sides.
 
     Such as even and odd columns, whose errors are no larger than those of a noise.
     """
-    correlated = any(cause.kinds[0] == "correlation" and "pixel_neighbours" in cause.axes for cause in asked.named)
-    if asked.effect.kinds[0] != "spread" or correlated:
-        return None
-    if neighbours.opposed(asked.validator, after) <= asked.limit.opposed:
+    if asked.effect.kinds[0] != "spread" or asked.validator.once(neighbours.opposed) <= asked.limit.opposed:
         return None
     return "adds errors that are independent, where those of neighbours are to opposite sides"
 
