@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from depthsim.gap import diagnose
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.fit import rules
+from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import KINDS, Changes, less_others
 from depthsim.gap.depth.fit.search import worth_a_look
 from depthsim.gap.depth.where.differences import holes_together, moments, tails
@@ -107,11 +108,11 @@ def changes(k: int, mean: float, varies: list[float]) -> Changes:
     return Changes(means, varied, none, np.zeros(len(AXES)), 0.0)
 
 
-def asked(effect: str, gap: Changes, left: Changes, does: Changes, before: Sequence[Effect] = ()) -> rules.Asked:
+def asked(effect: str, gap: Changes, left: Changes, does: Changes, before: Sequence[Effect] = ()) -> Asked:
     """An effect that is asked when all others are there."""
     evidence = SimpleNamespace(axes=AXES, base=(), config=DepthConfig())
     validator = cast("Validator", SimpleNamespace(evidence=evidence))
-    return rules.Asked(validator, effect_class(effect), before, gap, left, does, True, False, True)
+    return Asked(validator, effect_class(effect), before, gap, left, does, True, False, True)
 
 
 @given(st.floats(0.01, 1), st.floats(0, 0.9))

@@ -14,10 +14,11 @@ from depthsim.gap.depth.data.doubling import find_doubling, line_of
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.frames import cast_clean
 from depthsim.gap.depth.data.load import load_evidence, notes_of
-from depthsim.gap.depth.fit.agreement import disagreement, makes_doubling
+from depthsim.gap.depth.fit.agreement import disagreement
 from depthsim.gap.depth.fit.alignment import select_aligned
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.intervals import parameter_intervals
+from depthsim.gap.depth.fit.marks import makes_doubling
 from depthsim.gap.depth.fit.optimize import Model, best_neighbour
 from depthsim.gap.depth.fit.pattern import learn, learn_fine
 from depthsim.gap.depth.fit.select import Selection

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from depthsim.gap.config import DepthConfig, DepthSelect
-from depthsim.gap.depth.fit import select
+from depthsim.gap.depth.fit import confirm, grow, select
 from depthsim.gap.depth.fit.candidates import Candidate, Free
+from depthsim.gap.depth.fit.chain import Chain
+from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
-from depthsim.gap.depth.fit.search import Search, Trial
+from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.validate import Score
 
 SCORE = cast("Score", SimpleNamespace(stands_out=lambda limit: True, above=0.3, floor=0.0))
@@ -45,25 +47,25 @@ class FakeSearch:
 
 
 def chain(gap: float, *effects: str) -> Any:
-    return select._Chain(DepthSelect(), SCORE, gap, model(*effects))
+    return Chain(DepthSelect(), SCORE, gap, model(*effects))
 
 
 def test_a_cause_in_the_place_of_another_leaves_other_things(monkeypatch: pytest.MonkeyPatch) -> None:
     """A filter stands for small noise and for its correlation; with the noise in its place the correlation is found."""
     search, grown = cast("Search", FakeSearch(noise=0.3, noise_correlation=0.1)), []
 
-    def grow(search: Search, chain: Any) -> None:
+    def grows(search: Search, chain: Any) -> None:
         grown.append(chain.named)
         chain.model = model("noise", "correlation") if chain.named == ("noise",) else model("filter")
 
     def compare(search: Search, of: Model, *rest: object) -> tuple[Model, dict[str, tuple[str, ...]]]:
         return (model("noise") if of.parts[0].effect == "filter" else of), {}
 
-    monkeypatch.setattr(select, "_grow", grow)
+    monkeypatch.setattr(select, "grow", grows)
     monkeypatch.setattr(select, "compare_rivals", compare)
-    monkeypatch.setattr(select, "_confirmed", lambda search, chain, whole: whole)
+    monkeypatch.setattr(select, "confirmed", lambda search, chain, whole: whole)
     monkeypatch.setattr(Model, "build", lambda model, base: ())
-    found = select._chain(search, SCORE, select._Chain(DepthSelect(), SCORE, 1.0))
+    found = select._chain(search, SCORE, Chain(DepthSelect(), SCORE, 1.0))
     assert grown == [(), ("noise",)]
     assert found.named == ("noise", "correlation")
 
@@ -75,7 +77,7 @@ def test_what_is_dropped_has_no_rivals_and_takes_others_like_it_with_it(monkeypa
     search.goes_together = lambda of: of.parts[0].effect != "filter"
     begun = []
 
-    def grow(search: Search, chain: Any) -> None:
+    def grows(search: Search, chain: Any) -> None:
         chain.looked = chain.looked or [tuple(Trial(model(name), 0.3) for name in ("noise", "other", "filter"))]
         begun.append([trial.newest.effect for trial in chain.looked[0]])
         chain.model = None if chain.dropped else model("noise")
@@ -84,10 +86,10 @@ def test_what_is_dropped_has_no_rivals_and_takes_others_like_it_with_it(monkeypa
         refuse("noise", 0.7, INDEPENDENT)
         return model()
 
-    monkeypatch.setattr(select, "_grow", grow)
+    monkeypatch.setattr(select, "grow", grows)
     monkeypatch.setattr(select, "compare_rivals", lambda *_: pytest.fail("there is nothing to compare"))
-    monkeypatch.setattr(select, "_confirmed", confirmed)
-    found = select._chain(cast("Search", search), SCORE, select._Chain(DepthSelect(), SCORE, 1.0))
+    monkeypatch.setattr(select, "confirmed", confirmed)
+    found = select._chain(cast("Search", search), SCORE, Chain(DepthSelect(), SCORE, 1.0))
     assert begun == [["noise", "other", "filter"], ["filter"]]
     assert found.model is None and found.nearest[0].effect == "noise"
 
@@ -97,9 +99,9 @@ def test_what_is_refused_is_asked_in_its_other_form(monkeypatch: pytest.MonkeyPa
     search, first, other = FakeSearch(light=0.2), Trial(model("light"), 0.2), Trial(model("light"), 0.1)
     search.in_other_form = lambda so_far, trial: other if better and trial is first else None
     search.disagreement = lambda of, number: "acts elsewhere" if of is first.model else None
-    monkeypatch.setattr(select, "_closes_enough", lambda *_: True)
-    begun = select._Chain(DepthSelect(), SCORE, 1.0)
-    found = select._first_supported(cast("Search", search), begun, [first])
+    monkeypatch.setattr(grow, "_closes_enough", lambda *_: True)
+    begun = Chain(DepthSelect(), SCORE, 1.0)
+    found = grow._first_supported(cast("Search", search), begun, [first])
     assert found is (other if better else None)
     assert ("light" in begun.refused) == (not better)
 
@@ -108,9 +110,9 @@ def test_the_first_is_refined_before_it_is_refused(monkeypatch: pytest.MonkeyPat
     search, first, finer = FakeSearch(mount=0.05), Trial(model("mount"), 0.2), model("mount")
     search.refined = lambda of: finer
     search.disagreement = lambda of, number: None if of is finer else "leaves much"  # type: ignore[attr-defined]
-    monkeypatch.setattr(select, "_closes_enough", lambda *_: True)
-    begun = select._Chain(DepthSelect(), SCORE, 1.0)
-    found = select._first_supported(cast("Search", search), begun, [first])
+    monkeypatch.setattr(grow, "_closes_enough", lambda *_: True)
+    begun = Chain(DepthSelect(), SCORE, 1.0)
+    found = grow._first_supported(cast("Search", search), begun, [first])
     assert found is not None and found.gap == 0.05 and not begun.refused
 
 
@@ -128,7 +130,7 @@ def test_a_small_cause_has_no_parameter_for_each_material(
     begun.score = SimpleNamespace(above=0.1, floor=0.0)
     free = {"material_noise": (Free(("m", "wood"), 0, 1, log=False, step=0.1),)}.get(effect, ())
     trial = Trial(Model((Candidate(effect, free, {}, ((),)),), np.empty(0)), gap)
-    assert select._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
+    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
 
 
 @pytest.mark.parametrize(("noise", "named", "begins"), [(0.35, 1, True), (0.45, 1, False), (0.35, 2, False)])
@@ -158,18 +160,18 @@ def test_what_cancels_is_tried_as_one(
     monkeypatch: pytest.MonkeyPatch, alone: float | None, both: float, along: str, named: bool
 ) -> None:
     """Where what closes most by itself does not do nearly as well, or does not act where the gap lies."""
-    monkeypatch.setattr(select, "first_axes", lambda validator, effects: [("bias", {along})])
+    monkeypatch.setattr(grow, "first_axes", lambda validator, effects: [("bias", {along})])
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     search = FakeSearch(baseline_scale_disparity_offset=both)
     search.bank = model("baseline_scale", "lens_distortion", "disparity_offset").parts  # type: ignore[attr-defined]
     search.begin = lambda one, base: Model((one,), np.empty(0))  # type: ignore[attr-defined]
     search.disagreement = lambda of, number, *, alone: None  # type: ignore[attr-defined]
-    begun = select._Chain(DepthSelect(), SCORE, 1.0)
+    begun = Chain(DepthSelect(), SCORE, 1.0)
     first = None if alone is None else Trial(model("lens_distortion"), alone)
-    found = select._cancelling(cast("Search", search), begun, first)
+    found = grow.cancelling(cast("Search", search), begun, first)
     assert (found is not None) == named
     begun.dropped.add("baseline_scale")
-    assert select._cancelling(cast("Search", search), begun, first) is None
+    assert grow.cancelling(cast("Search", search), begun, first) is None
 
 
 @pytest.mark.parametrize(("gap", "agrees", "taken"), [(0.1, True, True), (0.3, True, False), (0.1, False, False)])
@@ -182,8 +184,8 @@ def test_what_is_known_where_the_gap_lies_takes_the_place_of_what_is_not(
     search.known_here = lambda of, kind: model("anywhere", "material").parts  # type: ignore[attr-defined]
     search.begin = lambda candidate, base: model(candidate.effect)  # type: ignore[attr-defined]
     search.disagreement = lambda of, number, alone: None if agrees else "leaves much"  # type: ignore[attr-defined]
-    monkeypatch.setattr(select, "effect_class", lambda effect: SimpleNamespace(id=effect, kinds=("missing",)))
-    found = select._in_its_place(cast("Search", search), model("noise", "anywhere"), 1)
+    monkeypatch.setattr(confirm, "effect_class", lambda effect: SimpleNamespace(id=effect, kinds=("missing",)))
+    found = confirm._in_its_place(cast("Search", search), model("noise", "anywhere"), 1)
     assert ([part.effect for part in found.parts] if found else None) == (["noise", "material"] if taken else None)
 
 
@@ -195,10 +197,10 @@ def test_effects_of_other_kinds_of_error_are_no_rivals(
     monkeypatch: pytest.MonkeyPatch, effect: str, acts: bool, enough: bool
 ) -> None:
     """Holes at a slant leave most of what an outline that has grown closes, but not all of it."""
-    monkeypatch.setattr(select, "_stays", lambda *_: False)
+    monkeypatch.setattr(grow, "_stays", lambda *_: False)
     search, trials = FakeSearch(), [Trial(model("filter", name), 0.22) for name in ("incidence_dropout", effect)]
     search.makes_steps = search.is_flexible = lambda of: False  # type: ignore[attr-defined]
     search.left_along = lambda of: None  # type: ignore[attr-defined]
     search.acts = lambda of: acts or of.parts[-1].effect == "incidence_dropout"  # type: ignore[attr-defined]
     begun = chain(0.3, "spatial_filter")
-    assert select._closes_enough(cast("Search", search), begun, trials[0], trials) == enough
+    assert grow._closes_enough(cast("Search", search), begun, trials[0], trials) == enough

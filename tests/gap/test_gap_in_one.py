@@ -10,9 +10,10 @@ import pytest
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.fit import in_one as module
 from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.in_one import in_one
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import Search, Trial
+from depthsim.gap.depth.fit.search import Search
 
 WHOLE = Candidate("fixed_pattern", (), {}, ((),), in_place=True)
 

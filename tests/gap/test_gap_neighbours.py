@@ -16,6 +16,7 @@ from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit import neighbours, rules
+from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.materials import load_materials
 from depthsim.presets import preset
@@ -129,7 +130,7 @@ def test_noise_is_none_for_errors_to_opposite_sides(
     monkeypatch.setattr(neighbours, "opposed", lambda validator: share)
     validator = SimpleNamespace(once=lambda work: work(None))
     one = SimpleNamespace(effect=effect_class(effect), limit=DepthConfig().agreement, validator=validator)
-    assert (rules.opposes(cast("rules.Asked", one)) is not None) == refused
+    assert (rules.opposes(cast("Asked", one)) is not None) == refused
 
 
 def test_what_two_ray_casters_differ_by_is_no_gap(tmp_path: Path) -> None:

@@ -86,7 +86,7 @@ def test_what_registered_frames_leave_is_no_cause(
     poses close as well that are off by what registering leaves."""
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
     monkeypatch.setattr(Model, "parameters", lambda model, number: {"x": angle, "y": 0.0, "z": 0.0})
-    monkeypatch.setattr(withdraw, "makes_steps", lambda *_: False)
+    monkeypatch.setattr(withdraw, "only_its_own", lambda *_: False)
     errors = cast("PoseErrors", SimpleNamespace(turn_by_chance=0.1, late_by_chance=0.1, left="{:.0f} errors".format))
     takes_off = {effect: closes, "1 errors": by_poses, "2 errors": 0.0}
     selecting = SimpleNamespace(
@@ -164,8 +164,7 @@ def test_frames_that_were_not_seen_support_a_cause(
 ) -> None:
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
     monkeypatch.setattr(withdraw, "closed_error", lambda *_: error)
-    monkeypatch.setattr(withdraw, "makes_steps", lambda *_: False)
-    monkeypatch.setattr(withdraw, "makes_doubling", lambda *_: its_own)
+    monkeypatch.setattr(withdraw, "only_its_own", lambda *_: its_own)
     validator = SimpleNamespace(
         config=DepthConfig().significance,
         evidence=VALIDATOR.evidence,

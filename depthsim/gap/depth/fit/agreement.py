@@ -11,9 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from depthsim.draws import Seed
-from depthsim.gap.depth.data.doubling import line_of
-from depthsim.gap.depth.fit import rules
+from depthsim.gap.depth.fit import marks, rules
+from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import (
     ALL,
     KINDS,
@@ -22,10 +21,8 @@ from depthsim.gap.depth.fit.changes import (
     done_by,
     first_axis,
     less_others,
-    phases_apart,
     worth_of,
 )
-from depthsim.gap.depth.fit.rules import Asked
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
@@ -56,19 +53,6 @@ def left_of_change(validator: Validator, axis: str, what: str, before: Effects, 
     return float(left.varies[k, first] / gap.varies[k, first]) if known else 0.0
 
 
-def makes_steps(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
-    """Whether ``effect`` makes steps: disparities of ``after`` lie on the recording's, those of ``before`` do not.
-
-    What loses the far pixels, of which alone steps are seen, makes none.
-    """
-    if validator.evidence.cuts.own_steps is None or effect.axes[:1] != ("disparity_phase",):
-        return False
-    gap, left = validator.once(phases_apart, before), validator.once(phases_apart, after)
-    axis = int(np.argmax(gap))
-    limit = validator.evidence.config.agreement
-    return bool(gap[axis] > limit.steps and left[axis] < limit.left_along * gap[axis])
-
-
 def left_along(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> float | None:
     """Share that ``effect`` leaves of how errors of the kind that it makes change along their first axis.
 
@@ -96,35 +80,6 @@ def _asked(validator: Validator, effect: type[Effect], before: Effects, after: E
     return Asked(validator, effect, before, gap, left, validator.once(done_by, before, after), False, False, False)
 
 
-def makes_doubling(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
-    """Whether ``effect`` makes the recording's doubled rows: pictures of ``after`` have their lines, of ``before`` not.
-
-    Steps of a depth with little noise make lines, too, on a tilted plane: of a sensor that has them ``before`` as well.
-    """
-    if not effect.moves_camera or validator.evidence.doubled is None:
-        return False
-    least = validator.evidence.config.agreement.left_along * validator.once(_line_recorded)
-    without, with_it = (validator.once(_line_simulated, effects) for effects in (before, after))
-    return without < least <= with_it
-
-
-def _line_recorded(validator: Validator) -> float:
-    """How strong the lines of the doubled rows are in some of the recording's pictures."""
-    evidence = validator.evidence
-    return line_of((evidence.recorded(int(i)) for b in validator.few for i in evidence.blocks[b]), _doubled(validator))
-
-
-def _line_simulated(validator: Validator, effects: Effects) -> float:
-    """How strong the lines of the recording's doubled rows are in the same pictures of a sensor."""
-    shown = (validator.evidence.pictures(effects, b, Seed("doubling")) for b in validator.few)
-    return line_of((picture for pictures in shown for picture in pictures), _doubled(validator))
-
-
-def _doubled(validator: Validator) -> tuple[float, float]:
-    assert validator.evidence.doubled is not None
-    return validator.evidence.doubled
-
-
 def disagreement(
     validator: Validator,
     effect: type[Effect],
@@ -140,13 +95,13 @@ def disagreement(
     explain, along every axis on which it stands out, and not along the first one only. flexible: whether it has so many
     parameters that it comes near to much.
     """
-    if any(makes(validator, effect, before, after) for makes in (makes_steps, makes_doubling)):  # as nothing else does
+    if marks.only_its_own(validator, effect, before, after):
         return None
     if why := (
         rules.is_idle(validator, effect, before, after)
-        or rules.unseen_step(validator, effect, before, after)
-        or rules.holes_are_in_lines(validator, effect, after)
-        or rules.brings_together(validator, effect, before, after)
+        or marks.unseen_step(validator, effect, before, after)
+        or marks.holes_are_in_lines(validator, effect, after)
+        or marks.brings_together(validator, effect, before, after)
     ):
         return why
     was, least = validator.quick(before), validator.floor(before)

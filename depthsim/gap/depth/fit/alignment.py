@@ -10,7 +10,8 @@ from dataclasses import replace
 
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit.candidates import Candidate
-from depthsim.gap.depth.fit.search import Say, Search
+from depthsim.gap.depth.fit.fitting import Say
+from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.select import Selection, confirm
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effects.align import AlignToColor

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from depthsim.gap.depth.fit.fitting import Say
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.pattern import learn_fine
-from depthsim.gap.depth.fit.search import Say
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator
 

@@ -1,91 +1,16 @@
 """What an effect must not do to be the cause of a gap: each rule gives the reason in words, or None."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.draws import Seed
-from depthsim.gap.config import DepthAgreement
 from depthsim.gap.depth.data import histograms
-from depthsim.gap.depth.data.lines import holes_in_lines
-from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.fit import neighbours
-from depthsim.gap.depth.fit.changes import ALL, KINDS, Changes, Effects, cost, done_by, worth_of
+from depthsim.gap.depth.fit.asked import WORDS, Asked
+from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, cost, done_by, worth_of
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
-from depthsim.sensor.parameter import learned_of
 
-_WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "tail": "tails", "all": "errors"}
 INDEPENDENT = "adds errors that are independent, where those of the recording go together"
-
-
-@dataclass(frozen=True)
-class Asked:
-    """An effect that may be a cause. before: the others; gap, left: without and with it; does: what it changes.
-
-    alone, flexible: see :func:`agreement.disagreement`. closes_well: whether it closes most of the gap.
-    """
-
-    validator: Validator
-    effect: type[Effect]
-    before: Effects
-    gap: Changes
-    left: Changes
-    does: Changes
-    alone: bool
-    flexible: bool
-    closes_well: bool
-
-    def of(self, gap: Changes, left: Changes) -> "Asked":
-        """The same, asked for a part of the gap."""
-        return replace(self, gap=gap, left=left)
-
-    @property
-    def limit(self) -> DepthAgreement:
-        """The thresholds."""
-        return self.validator.evidence.config.agreement
-
-    @property
-    def learned(self) -> bool:
-        """Whether it is a pattern that is learned from the recording."""
-        return bool(learned_of(self.effect))
-
-    @property
-    def own(self) -> NDArray[np.bool_]:
-        """(axes,) whether it acts along an axis, or one of the two that are crossed."""
-        return np.array([bool(axis.names & set(self.effect.axes)) for axis in self.validator.evidence.axes])
-
-    @property
-    def named(self) -> list[Effect]:
-        """The causes named so far."""
-        return [cause for cause in self.before if cause not in self.validator.evidence.base]
-
-    def others(self, axis: int, k: int | None = None) -> list[Effect]:
-        """The causes named so far that act along an axis, of one kind or of any.
-
-        What a learned pattern leaves is due to no formula.
-        """
-        along = self.validator.evidence.axes[axis].names
-        formulas = (cause for cause in self.named if not learned_of(type(cause)))
-        return [one for one in formulas if along & set(one.axes) and (k is None or KINDS[k] in one.kinds)]
-
-    def beside(self, k: int) -> int | None:
-        """The axis along which a kind of gap changes most of those along which no other cause acts, or of the effect's
-        own no other one of that kind; None where that is none of the effect's."""
-        sure, worth = worth_of(self.validator, self.gap, k)
-        theirs = [bool(self.others(n, k if own else None)) for n, own in enumerate(self.own)]
-        axis = int(np.argmax(np.where(theirs, -np.inf, worth)))
-        return axis if sure[axis] and self.own[axis] else None
-
-    def surely_left(self, k: int, axis: int) -> float:
-        """Share of how a kind of gap changes along an axis that is left beyond chance."""
-        left = float(self.left.varies[k, axis] - self.limit.sure * self.left.chance[k, axis])
-        return max(left, 0.0) / max(float(self.gap.varies[k, axis]), 1e-12)
-
-    def change_along(self, k: int, axis: int) -> str:
-        """What changes along which axis, in words."""
-        return f"{_WORDS[KINDS[k]]} change along {self.validator.evidence.axes[axis].name.replace('_', ' ')}"
 
 
 def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
@@ -115,68 +40,6 @@ def _known_by(validator: Validator, effect: type[Effect]) -> list[int]:
     """The cuts of errors along the axis that an effect is known by."""
     axes = enumerate(validator.evidence.axes)
     return [n for n, axis in axes if (axis.name,) == effect.axes[:1] and axis.kind == histograms.ERROR]
-
-
-def unseen_step(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
-    """Whether an effect puts the disparities on steps, where those of the recording lie on none."""
-    if effect.axes[:1] != ("disparity_phase",) or validator.evidence.cuts.own_steps is not None:
-        return None
-    step = validator.once(_step, after)
-    if step is None or validator.once(_step, before) is not None:
-        return None
-    return f"makes steps of {step:.3g} px, and the recording has none"
-
-
-def holes_are_in_lines(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
-    """Whether an effect loses pixels anywhere, one by one, where the recording's holes come in rows or columns."""
-    if effect.axes or effect.kinds[0] != "missing":
-        return None
-    usual = max(validator.once(_lines_simulated, after), 1.0)
-    if validator.once(_lines_recorded) <= validator.evidence.config.agreement.in_lines * usual:
-        return None
-    return "loses pixels one by one, and the recording's holes come in rows or columns"
-
-
-def brings_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
-    """Whether a filter makes neighbours go together that do not in the recording, for the spread that it takes away."""
-    known = effect.axes[0] if effect.axes else ""
-    if effect.kinds[0] != "correlation" or known not in neighbours.HISTOGRAMS:
-        return None
-    most = validator.evidence.config.agreement.brought_together
-    if neighbours.brought(validator, known, before, after) <= most:
-        return None
-    return f"makes errors go together along {known.replace('_', ' ')}, where the recording's do not"
-
-
-def _lines_recorded(validator: Validator) -> float:
-    evidence, seen = validator.evidence, _surfaces(validator)
-    return holes_in_lines((evidence.recorded(i), surface) for i, surface in seen.items())
-
-
-def _lines_simulated(validator: Validator, effects: Effects) -> float:
-    evidence, seen = validator.evidence, _surfaces(validator)
-    shown = (evidence.pictures(effects, b, Seed("lines")) for b in validator.few)
-    return holes_in_lines(zip((picture for pictures in shown for picture in pictures), seen.values(), strict=True))
-
-
-def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
-    """(rows, width) of some frames, by their numbers: where a surface is seen, and the scene may be trusted."""
-    evidence = validator.evidence
-    some = (int(i) for b in validator.few for i in evidence.blocks[b])
-    trusted = {i: evidence.trusted(i) for i in some}
-    seen = {i: evidence.frames[i].geometry.depth > 0 for i in trusted}
-    return {i: seen[i] if mask is None else seen[i] & mask for i, mask in trusted.items()}
-
-
-def _step(validator: Validator, effects: Effects) -> float | None:
-    """The step of the disparities that a sensor shows [px]."""
-    evidence = validator.evidence
-    shown = (
-        (evidence.pictures(effects, b, Seed("steps"))[0], evidence.frames[int(evidence.blocks[b][0])].geometry.depth)
-        for b in validator.few
-    )
-    found = find_steps(evidence.camera, shown, evidence.config.data)
-    return found[0] if found else None
 
 
 def leaves(asked: Asked, k: int) -> str | None:
@@ -213,7 +76,7 @@ def leaves(asked: Asked, k: int) -> str | None:
     if not sure[first] or gap.varies[k, first] <= uniform:
         share = float(left.whole[k]) / whole
         may_leave = limit.left_of_tails if KINDS[k] == "tail" else limit.left_of_uniform
-        return f"leaves {share:.0%} of the {_WORDS[KINDS[k]]}" if share > most * may_leave else None
+        return f"leaves {share:.0%} of the {WORDS[KINDS[k]]}" if share > most * may_leave else None
     strong = worth >= limit.strong * worth[first] if asked.alone else np.arange(len(worth)) == first
     for axis in map(int, np.flatnonzero(strong & sure & (gap.varies[k] > uniform))):
         if axis != first and asked.others(axis):

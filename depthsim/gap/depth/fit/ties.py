@@ -6,8 +6,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import Search, Trial
+from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.resampling import jackknife
 from depthsim.gap.selection import is_tie

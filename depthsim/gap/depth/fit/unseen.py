@@ -7,7 +7,7 @@ import numpy as np
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.simulate import LOCATING
-from depthsim.gap.depth.fit.search import first_look
+from depthsim.gap.depth.fit.fitting import first_look
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 
 

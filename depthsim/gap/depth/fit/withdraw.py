@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from depthsim.gap.depth.data.pose_errors import PoseErrors
-from depthsim.gap.depth.fit.agreement import left_of_change, makes_doubling, makes_steps
+from depthsim.gap.depth.fit.agreement import left_of_change
+from depthsim.gap.depth.fit.marks import only_its_own
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.shapley import credit
@@ -142,7 +143,7 @@ def _shows_for_sure(selecting: Validator, selection: Selection, number: int) -> 
     """Whether one cause makes the recording's steps, or its doubled rows, which no other error does."""
     model, base = selection.model, selecting.evidence.base
     change = effect_class(model.parts[number].effect), model.less(number).build(base), model.build(base)
-    return makes_steps(selecting, *change) or makes_doubling(selecting, *change)
+    return only_its_own(selecting, *change)
 
 
 def _less(selecting: Validator, selection: Selection, number: int, why: str) -> Selection:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from depthsim.draws import Seed
 from depthsim.gap.depth.findings import Findings
-from depthsim.gap.depth.fit.search import Trial
+from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.report.curves import AxisCurves, Series, axis_curves, best_axes
 from depthsim.gap.depth.report.errors import Correlations, ErrorShares, Sample, correlations, error_shares, sample
 from depthsim.gap.depth.report.where import ImageShare, MeshShare, image_shares, mesh_share

@@ -1,0 +1,53 @@
+"""Causes found one after the other, and what was refused on the way."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from depthsim.gap.config import DepthSelect
+from depthsim.gap.depth.fit.fitting import Trial
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.ties import Ties
+from depthsim.gap.depth.fit.validate import Score
+from depthsim.gap.diagnosis import Nearest
+from depthsim.gap.selection import Refused
+
+
+@dataclass
+class Chain:
+    """Causes found one after the other. looked, before: the leaders of each step, and the gap before it; refused: by
+    effect, what it closed and why it is none; asked: how often it was refused; dropped: effects that were causes until
+    all of them were there; trusted: those that were taken for the moment.
+
+    ties: the equals of each cause; gap, score: with all of them, on the frames held out. config: of the selection.
+    """
+
+    config: DepthSelect
+    score: Score
+    gap: float
+    model: Model | None = None
+    looked: list[tuple[Trial, ...]] = field(default_factory=list)
+    before: list[float] = field(default_factory=list)
+    refused: Refused = field(default_factory=Refused)
+    asked: Counter[str] = field(default_factory=Counter)
+    dropped: set[str] = field(default_factory=set)
+    trusted: list[str] = field(default_factory=list)
+    ties: Ties = field(default_factory=dict)
+
+    def refuse(self, effect: str, closed: float, why: str) -> None:
+        """Keep why an effect is no cause."""
+        self.asked[effect] += 1
+        self.refused.refuse(effect, closed, why)
+
+    def is_out(self, effect: str) -> bool:
+        """Whether an effect was asked often enough: beside other causes, too, it does not act where the gap lies."""
+        return effect in self.dropped or self.asked[effect] >= self.config.asked
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The causes."""
+        return tuple(part.effect for part in self.model.parts) if self.model else ()
+
+    @property
+    def nearest(self) -> tuple[Nearest, ...]:
+        """The effects that come nearest of those that are no causes."""
+        return self.refused.nearest(self.named, self.config)

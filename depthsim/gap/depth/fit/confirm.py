@@ -1,0 +1,58 @@
+"""Causes of a whole model that are confirmed: each closes something, and acts where the others leave a gap."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.depth.fit.shapley import credit
+from depthsim.sensor.effect import effect_class
+
+
+def confirmed(search: Search, refuse: Callable[[str, float, str], None], model: Model) -> Model:
+    """The causes that close something, and act where the gap lies that the others leave. refuse: hears of the rest."""
+    refined = False
+    while model.parts:
+        shares = credit(search.validator, search.base, model)
+        reasons = [search.disagreement(model, k, alone=True) for k in range(len(model.parts))]
+        if any(reasons) and not refined:  # a fit that has not converged may be all that is wrong
+            model, refined = search.refined(model), True
+            continue
+        wrong = [k for k, why in enumerate(reasons) if why is not None]
+        least = int(np.argmin(shares))
+        faint = len(shares) > 1 and shares[least] < search.config.significance.faint * search.floor
+        if faint and not search.makes_doubling(model, least):
+            worst, why = least, "closes next to nothing beside the others"
+        elif wrong:
+            worst = min(wrong, key=lambda k: shares[k])
+            why = str(reasons[worst])
+        else:
+            break
+        search.say(f"{model.parts[worst].effect} is no cause: it {why}")
+        refuse(model.parts[worst].effect, shares[worst] / search.whole, why)
+        if not faint and (better := _in_its_place(search, model, worst)):
+            model = better
+            continue
+        model = model.less(worst)
+        model = search.fit(model, 3) if model.parts else model
+    return model
+
+
+def _in_its_place(search: Search, model: Model, worst: int) -> Model | None:
+    """The model with an effect in the place of one that does not act where the gap lies; None where none is better.
+
+    It is known by the axis on which what the others leave of that kind of gap changes most.
+    """
+    less, refused = model.less(worst), effect_class(model.parts[worst].effect)
+    best, found = search.validated(model).gap, None
+    for candidate in search.known_here(less, refused.kinds[0]) if less.parts else ():
+        if candidate.effect == refused.id:
+            continue
+        begun = less.plus(search.begin(candidate, less.build(search.base)))
+        trial = search.validated(search.fit(begun, 4, search.config.fit.behind * model.loss))
+        if trial.gap < best and search.disagreement(trial.model, len(less.parts), alone=True) is None:
+            best, found = trial.gap, trial.model
+    if found is not None:
+        search.say(f"{found.parts[-1].effect} in place of {refused.id}")
+    return found

@@ -1,0 +1,111 @@
+"""Models at their best parameters on the frames for fitting, and their gaps on the frames held out."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from depthsim.gap.depth.data.evidence import Counts, Evidence
+from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.sensor.effect import Effect
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A model and its gap on the frames held out."""
+
+    model: Model
+    gap: float
+
+    @property
+    def newest(self) -> Candidate:
+        """What was added last."""
+        return self.model.parts[-1]
+
+
+class Fitting:
+    """Fits models. bank: what may be wrong; before: the simulator that causes are added to, with what is known."""
+
+    def __init__(
+        self, evidence: Evidence, validator: Validator, bank: Sequence[Candidate], before: Sequence[Effect], say: Say
+    ) -> None:
+        self.evidence, self.validator, self.bank, self.say = evidence, validator, list(bank), say
+        score = validator.score(before)
+        self.before, self.floor, self.base, self.config = score.gap, score.floor, evidence.base, evidence.config
+        # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
+        self._chance = validator.quick(before, self.config.fit.runs) - self.before
+        self._few = first_look(evidence)
+        self._fitted: dict[frozenset[str], tuple[Model, int, bool]] = {}
+        self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
+
+    @property
+    def whole(self) -> float:
+        """What a model that explains everything takes off the gap."""
+        return self.before - self.floor
+
+    def validated(self, model: Model) -> Trial:
+        """The model with its gap on the frames held out."""
+        return Trial(model, self.validator.quick(model.build(self.base), self.config.fit.runs) - self._chance)
+
+    def is_flexible(self, candidate: Candidate) -> bool:
+        """Whether it has so many parameters that it can stand for other effects."""
+        return len(candidate.free) >= self.config.select.flexible
+
+    def fit(self, model: Model, rounds: int, polished_below: float = np.inf) -> Model:
+        """The model at its best parameters, on the frames for fitting; what was fitted before is not fitted again.
+
+        polished_below: a loss, above which no other minima are looked for.
+        """
+        known, done, polished = self._fitted.get(_key(model), (model, 0, False))
+        if done >= rounds and (polished or known.loss >= polished_below):
+            return known.in_order_of(model)
+        fitted, polished = self._fit(model, rounds, polished_below)
+        self._fitted[_key(model)] = fitted, rounds, polished
+        return fitted
+
+    def _fit(self, model: Model, rounds: int, polished_below: float) -> tuple[Model, bool]:
+        arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
+        model = refine(model, *arguments, self.config.fit, rounds)
+        polished = model.loss < polished_below
+        if polished and len(model.x) <= 6:
+            model = refine(polish(model, *arguments, self.config.fit, (1.0, 0.4)), *arguments, self.config.fit, 2)
+        return model, polished
+
+    def refined(self, model: Model) -> Model:
+        """The model with parameters as fine as the frames for fitting determine them."""
+        arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
+        fit = self.config.fit
+        fine = fit.model_copy(update={"least_gain": fit.refined_gain})
+        return refine(best_neighbour(model, *arguments), *arguments, fine, fit.refined_rounds, both_sides=True)
+
+    def begin(self, candidate: Candidate, base: Sequence[Effect]) -> Model:
+        """The best of the places where a candidate begins, on the frames for fitting."""
+        roots = self._roots(self.evidence.train)
+        return start(candidate, base, roots(tuple(base)), self._targets[len(self.evidence.train)], roots)[0]
+
+    def _sum(self, counts: Counts) -> Floats:
+        return self.validator.ruler.roots(counts.sum(axis=0))
+
+    def _roots(self, blocks: Sequence[int]) -> Roots:
+        def roots(effects: tuple[Effect, ...]) -> Floats:
+            return self.validator.ruler.roots(self.evidence.total(effects, blocks))
+
+        return roots
+
+
+def _key(model: Model) -> frozenset[str]:
+    return frozenset(map(repr, model.parts))
+
+
+def first_look(evidence: Evidence) -> list[int]:
+    """The blocks that the whole bank is tried on: two fifths of those for fitting, fewer where frames are large."""
+    train = evidence.train
+    usual = len(train[:: max(1, round(len(train) / 2.5))])
+    frames = max(len(evidence.blocks[b]) for b in train)
+    enough = -(-evidence.config.fit.first_look_pixels // (frames * evidence.counted_of_frame))
+    selected = np.linspace(0, len(train) - 1, min(usual, max(enough, 2))).round().astype(int)
+    return [train[k] for k in np.unique(selected)]

@@ -1,0 +1,187 @@
+"""A chain of causes grows, as long as what is left would be a gap if it were alone."""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from depthsim.gap.depth.fit.chain import Chain
+from depthsim.gap.depth.fit.changes import first_axes
+from depthsim.gap.depth.fit.fitting import Trial
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.selection import closes_enough
+from depthsim.sensor.effect import effect_class
+from depthsim.sensor.parameter import learned_of
+
+
+def grow(search: Search, chain: Chain) -> None:
+    """Every cause that is supported, into the chain.
+
+    Two causes may each leave what is the other's. So where none of the leaders acts where the gap lies, the one that
+    closes most is taken all the same, a few times, and asked again when the others are there.
+    """
+    while chain.model is None or len(chain.model.parts) < search.config.select.most_causes:
+        if not chain.score.stands_out(search.config.significance):
+            break
+        leaders = _leaders(search, chain)
+        selected = _first_supported(search, chain, leaders)
+        if selected is None and len(chain.trusted) < search.config.select.trusted:
+            itself = next((trial for trial in leaders if not search.stands_for_another(trial.model)), None)
+            if itself and _closes_enough(search, chain, itself, leaders):
+                selected = itself
+                chain.trusted.append(itself.newest.effect)
+        if chain.model is None:
+            selected = cancelling(search, chain, selected) or selected
+        if selected is None:
+            break
+        polished = search.validated(search.fit(selected.model, 4))  # other minima are looked for near the best only
+        selected = min(selected, polished, key=lambda trial: trial.gap)
+        chain.model, chain.gap = selected.model, selected.gap
+        if len(chain.model.parts) > 1:
+            _prune(search, chain)
+        chain.score = search.validator.score(chain.model.build(search.base))
+
+
+def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | None:
+    """Two first causes that are known by the range alone, and cancel where most is seen, so that neither closes much.
+
+    Such as an offset of the disparities beside a scale, which a calibration at one range leaves. None where ``alone``
+    does nearly as well, or as well if it acts along none of the axes on which the gap lies first.
+    """
+    limit, whole = search.config.select, search.whole
+    least = limit.first * whole
+    if alone is not None:
+        along = {name for _, names in first_axes(search.validator, search.base) for name in names}
+        acts = along & set(effect_class(alone.newest.effect).axes)
+        least = chain.gap - alone.gap + (limit.near if acts else limit.tied) * whole
+    biases = {}
+    for candidate in search.bank if least < whole else ():
+        effect = effect_class(candidate.effect)
+        if effect.kinds == ("bias",) and effect.axes == ("range",) and not chain.is_out(effect.id):
+            biases[effect.id] = candidate
+    for first, second in combinations(biases.values(), 2):
+        begun = search.begin(first, search.base)
+        both = search.validated(search.fit(begun.plus(search.begin(second, begun.build(search.base))), 4))
+        if chain.gap - both.gap >= least and not any(search.disagreement(both.model, k, alone=True) for k in (0, 1)):
+            return both
+    return None
+
+
+def _leaders(search: Search, chain: Chain) -> list[Trial]:
+    """The leaders of the bank on top of the causes so far, but for what was dropped."""
+    if chain.model is None and chain.looked:  # they were fitted at the beginning
+        leaders = chain.looked[0]
+    else:
+        leaders = tuple(search.step(chain.model, chain.looked[-1] if chain.looked else (), chain.is_out, chain.trusted))
+        chain.looked.append(leaders)
+        chain.before.append(chain.gap)
+    return [trial for trial in leaders if not chain.is_out(trial.newest.effect)]
+
+
+def _first_supported(search: Search, chain: Chain, leaders: Sequence[Trial]) -> Trial | None:
+    """The leader that closes most of those that close enough and act where the gap lies."""
+    left = sorted(leaders, key=lambda trial: (trial is not leaders[0], trial.gap))
+    asked = left[:]
+    while asked:
+        best = asked.pop(0)
+        if not _closes_enough(search, chain, best, left):
+            continue
+        why = search.disagreement(best.model, len(best.model.parts) - 1)
+        if why is not None and best is leaders[0]:  # a fit that has not converged may be all that is wrong
+            finer = search.validated(search.refined(best.model))
+            if best.gap - finer.gap > search.config.select.tied * search.whole:
+                left[left.index(best)] = best = finer
+                why = search.disagreement(best.model, len(best.model.parts) - 1)
+        if why is None:
+            return best
+        left.remove(best)
+        if (other := search.in_other_form(chain.model, best)) is not None:
+            left, asked = [other, *left], [other, *asked]
+            continue
+        chain.refuse(best.newest.effect, (chain.gap - best.gap) / search.whole, why)
+        search.say(f"{best.newest.effect} is no cause: it {why}")
+    return None
+
+
+def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence[Trial]) -> bool:
+    """Whether what one of ``leaders`` closes is enough to name it."""
+    limit, gap = search.config.select, chain.gap
+    gained, left = gap - trial.gap, max(chain.score.above, 1e-12)
+    others = [c for c in leaders if c.newest.effect != trial.newest.effect]
+    if search.makes_steps(trial.model):  # which nothing else does, however little it closes
+        return True
+    if chain.model is None:
+        most = max((gap - c.gap for c in others), default=0.0)
+        share = gained / _closable(search, trial)
+        return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
+    if _is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
+        return False
+    biases = [effect_class(name).kinds[0] == "bias" for name in (trial.newest.effect, *chain.named)]
+    if biases[0] and any(biases[1:]) and gained < limit.least * search.whole:
+        return False
+    by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
+    # With so many parameters it takes up what the formulas of others leave.
+    if (by_material or search.is_flexible(trial.newest)) and gained < limit.further * search.whole:
+        return False
+    faint = search.config.significance.faint * chain.score.floor
+    if closes_enough(gained, left, search.whole, faint, limit):
+        return True
+    if gained < max(faint, limit.further_apart * left):
+        return False
+    if not search.is_flexible(trial.newest):  # with many parameters as much is closed of anything
+        others = [other for other in others if other.gap < trial.gap or not search.is_flexible(other.newest)]
+    if search.acts(trial.model):  # two that act where errors of different kinds lie are no rivals
+        others = [other for other in others if not (_is_other_kind(trial, other) and search.acts(other.model))]
+    along = search.left_along(trial.model)
+    learned = learned_of(effect_class(trial.newest.effect))  # as much as other frames say for sure is there
+    acts = along is not None and (bool(learned) or along <= limit.left_alone)
+    return all(_stays(search, gap, trial, other) or (acts and not search.acts(other.model)) for other in others)
+
+
+def _is_other_kind(one: Trial, other: Trial) -> bool:
+    return effect_class(one.newest.effect).kinds[0] != effect_class(other.newest.effect).kinds[0]
+
+
+def _is_alike(effect: str, named: Sequence[str]) -> bool:
+    """Whether a cause makes the same kind of error along the same axis first: an effect may be for what it leaves."""
+    kinds = [(one.kinds[0], one.axes[:1]) for one in map(effect_class, (effect, *named))]
+    return bool(kinds[0][1]) and kinds[0] in kinds[1:]
+
+
+def _closable(search: Search, trial: Trial) -> float:
+    """What a first cause could take off the gap: errors that go together have a higher floor."""
+    if effect_class(trial.newest.effect).kinds[0] != "correlation":
+        return search.whole
+    floor = search.validator.score(trial.model.build(search.base)).floor
+    return max(search.before - floor, 1e-12)
+
+
+def _stays(search: Search, before: float, best: Trial, other: Trial) -> bool:
+    """Whether ``best`` closes its part of the gap also where ``other`` has closed its own.
+
+    Either nearly all of it, as the two are apart, or so much of it that ``other`` is the one that is not needed.
+    """
+    gained, limit = before - best.gap, search.config.select
+    theirs = before - other.gap
+    if theirs < limit.rival * gained:
+        return True
+    newest = Model((other.newest,), other.model.split(other.model.x)[-1])
+    both = search.validated(best.model.plus(newest)).gap
+    apart = other.gap - both >= limit.stays * gained
+    needless = best.gap - both <= (1 - limit.stays) * theirs
+    return apart or (needless and other.gap - min(both, best.gap) >= (1 - limit.stays) * gained)
+
+
+def _prune(search: Search, chain: Chain) -> None:
+    """Without the causes that later ones have made needless. They do not come back, or two could go round for ever."""
+    model = chain.model or Model((), np.empty(0))
+    for number in range(len(model.parts) - 2, -1, -1):
+        if search.makes_doubling(model, number):
+            continue
+        effect, without = model.parts[number].effect, search.validated(search.fit(model.less(number), 3))
+        if without.gap - chain.gap < search.config.select.least * search.whole:
+            search.say(f"{effect} is no longer needed")
+            model, chain.gap = without.model, without.gap
+            chain.dropped.add(effect)
+    chain.model = model

@@ -1,0 +1,122 @@
+"""Marks that pictures have of some effects alone: steps, doubled rows, holes in lines, neighbours that go together."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.draws import Seed
+from depthsim.gap.depth.data.doubling import line_of
+from depthsim.gap.depth.data.lines import holes_in_lines
+from depthsim.gap.depth.data.quantization import find_steps
+from depthsim.gap.depth.fit import neighbours
+from depthsim.gap.depth.fit.changes import Effects, phases_apart
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.sensor.effect import Effect
+
+
+def only_its_own(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether ``effect`` makes steps or doubled rows that the recording has, as no other error does."""
+    return makes_steps(validator, effect, before, after) or makes_doubling(validator, effect, before, after)
+
+
+def makes_steps(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether ``effect`` makes steps: disparities of ``after`` lie on the recording's, those of ``before`` do not.
+
+    What loses the far pixels, of which alone steps are seen, makes none.
+    """
+    if validator.evidence.cuts.own_steps is None or effect.axes[:1] != ("disparity_phase",):
+        return False
+    gap, left = validator.once(phases_apart, before), validator.once(phases_apart, after)
+    axis = int(np.argmax(gap))
+    limit = validator.evidence.config.agreement
+    return bool(gap[axis] > limit.steps and left[axis] < limit.left_along * gap[axis])
+
+
+def makes_doubling(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether ``effect`` makes the recording's doubled rows: pictures of ``after`` have their lines, of ``before`` not.
+
+    Steps of a depth with little noise make lines, too, on a tilted plane: of a sensor that has them ``before`` as well.
+    """
+    if not effect.moves_camera or validator.evidence.doubled is None:
+        return False
+    least = validator.evidence.config.agreement.left_along * validator.once(_line_recorded)
+    without, with_it = (validator.once(_line_simulated, effects) for effects in (before, after))
+    return without < least <= with_it
+
+
+def unseen_step(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether an effect puts the disparities on steps, where those of the recording lie on none."""
+    if effect.axes[:1] != ("disparity_phase",) or validator.evidence.cuts.own_steps is not None:
+        return None
+    step = validator.once(_step, after)
+    if step is None or validator.once(_step, before) is not None:
+        return None
+    return f"makes steps of {step:.3g} px, and the recording has none"
+
+
+def holes_are_in_lines(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
+    """Whether an effect loses pixels anywhere, one by one, where the recording's holes come in rows or columns."""
+    if effect.axes or effect.kinds[0] != "missing":
+        return None
+    usual = max(validator.once(_lines_simulated, after), 1.0)
+    if validator.once(_lines_recorded) <= validator.evidence.config.agreement.in_lines * usual:
+        return None
+    return "loses pixels one by one, and the recording's holes come in rows or columns"
+
+
+def brings_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether a filter makes neighbours go together that do not in the recording, for the spread that it takes away."""
+    known = effect.axes[0] if effect.axes else ""
+    if effect.kinds[0] != "correlation" or known not in neighbours.HISTOGRAMS:
+        return None
+    most = validator.evidence.config.agreement.brought_together
+    if neighbours.brought(validator, known, before, after) <= most:
+        return None
+    return f"makes errors go together along {known.replace('_', ' ')}, where the recording's do not"
+
+
+def _line_recorded(validator: Validator) -> float:
+    """How strong the lines of the doubled rows are in some of the recording's pictures."""
+    evidence = validator.evidence
+    return line_of((evidence.recorded(int(i)) for b in validator.few for i in evidence.blocks[b]), _doubled(validator))
+
+
+def _line_simulated(validator: Validator, effects: Effects) -> float:
+    """How strong the lines of the recording's doubled rows are in the same pictures of a sensor."""
+    shown = (validator.evidence.pictures(effects, b, Seed("doubling")) for b in validator.few)
+    return line_of((picture for pictures in shown for picture in pictures), _doubled(validator))
+
+
+def _doubled(validator: Validator) -> tuple[float, float]:
+    assert validator.evidence.doubled is not None
+    return validator.evidence.doubled
+
+
+def _step(validator: Validator, effects: Effects) -> float | None:
+    """The step of the disparities that a sensor shows [px]."""
+    evidence = validator.evidence
+    shown = (
+        (evidence.pictures(effects, b, Seed("steps"))[0], evidence.frames[int(evidence.blocks[b][0])].geometry.depth)
+        for b in validator.few
+    )
+    found = find_steps(evidence.camera, shown, evidence.config.data)
+    return found[0] if found else None
+
+
+def _lines_recorded(validator: Validator) -> float:
+    evidence, seen = validator.evidence, _surfaces(validator)
+    return holes_in_lines((evidence.recorded(i), surface) for i, surface in seen.items())
+
+
+def _lines_simulated(validator: Validator, effects: Effects) -> float:
+    evidence, seen = validator.evidence, _surfaces(validator)
+    shown = (evidence.pictures(effects, b, Seed("lines")) for b in validator.few)
+    return holes_in_lines(zip((picture for pictures in shown for picture in pictures), seen.values(), strict=True))
+
+
+def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
+    """(rows, width) of some frames, by their numbers: where a surface is seen, and the scene may be trusted."""
+    evidence = validator.evidence
+    some = (int(i) for b in validator.few for i in evidence.blocks[b])
+    trusted = {i: evidence.trusted(i) for i in some}
+    seen = {i: evidence.frames[i].geometry.depth > 0 for i in trusted}
+    return {i: seen[i] if mask is None else seen[i] & mask for i, mask in trusted.items()}
