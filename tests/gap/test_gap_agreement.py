@@ -223,6 +223,18 @@ def test_what_is_left_at_edges_gives_way_to_noise_along_an_axis_of_its_own() -> 
 
 
 @given(st.floats(0, 1))
+def test_what_an_effect_makes_besides_is_asked_where_it_acts(left: float) -> None:
+    """Light makes noise, and holes on materials: those along the range are another effect's."""
+    gap = changes(HOLES, 0.0, [0.25, 0.0625, 0])
+    one = asked("ambient_light", gap, changes(HOLES, 0.0, [0.25, 0.0625 * left, 0]), gap)
+    assert (rules.leaves(one, HOLES) is None) == (left <= DepthConfig().agreement.left_along)
+    holes_alone = asked("material_dropout", gap, one.left, gap)
+    assert "along range" in str(rules.leaves(holes_alone, HOLES))
+    elsewhere = changes(HOLES, 0.0, [0.25, 0, 0])
+    assert "along range" in str(rules.leaves(asked("ambient_light", elsewhere, elsewhere, gap), HOLES))
+
+
+@given(st.floats(0, 1))
 def test_holes_along_the_range_are_told_apart_by_their_shape(left: float) -> None:
     gap = changes(HOLES, 0.0, [0.0625, 0, 0])  # a power of two, by which a share stays what it is
     one = asked("max_range", gap, changes(HOLES, 0.0, [0.0625 * left, 0, 0]), gap)

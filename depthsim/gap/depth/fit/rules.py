@@ -60,6 +60,9 @@ def leaves(asked: Asked, k: int) -> str | None:
         along[[axis.name in effect.axes for axis in axes]] = limit.untouched
     sure, worth = worth_of(asked.validator, gap, k)
     first = _first(asked, k)
+    own = np.where(asked.own, worth, -np.inf)
+    if KINDS[k] not in (effect.kinds[0], "all") and sure[int(np.argmax(own))]:
+        worth, first = own, int(np.argmax(own))  # what it makes besides may be the smaller part: asked where it acts
     if first == int(np.argmax(worth)):
         first = _in_scene(asked, worth, first)
     else:  # that one is another cause's: what is closed along its own speaks for it
