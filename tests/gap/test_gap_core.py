@@ -17,7 +17,7 @@ from depthsim.gap.depth.data import counting, histograms
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.covariates import covariates
 from depthsim.gap.depth.data.divergence import Ruler
-from depthsim.gap.depth.data.frames import MARGIN, inner_rows, select_frames, select_rows
+from depthsim.gap.depth.data.frames import MARGIN, deal_blocks, inner_rows, select_frames, select_rows
 from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.data.quantization import _steps_of
 from depthsim.gap.depth.fit.candidates import candidates
@@ -246,13 +246,28 @@ def test_blocks_are_disjoint_and_span_the_run(count: int, width: int) -> None:
     assert frames.min() == 0 and frames.max() == count - 1
 
 
+@given(st.integers(2, 400), st.integers(2, 3))
+def test_blocks_are_dealt_evenly(count: int, parts: int) -> None:
+    dealt = deal_blocks(count, parts)
+    assert sorted(np.concatenate(dealt).tolist()) == list(range(count))
+    for begin in range(0, count - parts + 1, parts):
+        assert all(sum(begin <= block < begin + parts for block in part) == 1 for part in dealt)
+
+
+@pytest.mark.parametrize("period", range(2, 7))
+def test_what_repeats_itself_is_dealt_to_all_parts(period: int) -> None:
+    for part in deal_blocks(120, 3):
+        assert {block % period for block in part} == set(range(period))
+
+
 @pytest.mark.parametrize("count", [2, 10, 35, 300, 10_000])
 @pytest.mark.parametrize("size", [(212, 120), (424, 240), (640, 480), (848, 480), (1280, 720), (4096, 3072)])
 def test_the_pixels_that_are_looked_at_keep_to_their_budget(count: int, size: tuple[int, int]) -> None:
     limit, (width, height) = DepthData(), size
     camera = Camera(width=width, height=height, fx=400, fy=400, cx=width / 2, cy=height / 2, baseline=0.05)
     blocks = select_frames(count, width, limit)
-    windows = select_rows(blocks, camera, 3 if len(blocks) >= limit.least_blocks else 2, limit)
+    dealt = deal_blocks(len(blocks), 3 if len(blocks) >= limit.least_blocks else 2)
+    windows = select_rows(blocks, camera, dealt, limit)
     looked_at = sum(len(block) * window.height * width for block, window in zip(blocks, windows, strict=True))
     least = limit.least_rows * width * limit.least_frames
     whole = sum(map(len, blocks)) * width * height
@@ -261,10 +276,10 @@ def test_the_pixels_that_are_looked_at_keep_to_their_budget(count: int, size: tu
     if whole <= limit.pixels:
         assert all(window is camera for window in windows)
     elif len(blocks) > 12:
-        for part in range(3):  # each sees the picture from its first row to its last, evenly
-            firsts = sorted(window.rows[0] for window in windows[part::3])
+        for part in dealt:  # each sees the picture from its first row to its last, evenly
+            firsts = sorted(windows[block].rows[0] for block in part)
             assert np.ptp(np.diff(firsts)) <= 1 and firsts[0] == 0
-            assert max(window.rows[-1] for window in windows[part::3]) == height - 1
+            assert max(windows[block].rows[-1] for block in part) == height - 1
         for window in windows:
             beside = np.setdiff1d(np.arange(height), window.rows)
             far = np.abs(window.rows[:, None] - beside).min(axis=1) > MARGIN

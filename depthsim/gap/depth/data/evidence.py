@@ -20,7 +20,7 @@ from depthsim.gap.depth.data.axis import Axis, frame_cells, layout
 from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.doubling import find_doubling
-from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, inner_rows, select_frames, select_rows
+from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, deal_blocks, inner_rows, select_frames, select_rows
 from depthsim.gap.depth.data.histograms import ERROR
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.quantization import find_steps
@@ -46,7 +46,7 @@ _REMEMBERED = 1000
 class Evidence:
     """Frames of one run with their clean geometry, cut into axes, and the counts of any simulated sensor on them.
 
-    blocks: the frames by block; even blocks are for fitting, odd ones for validating.
+    blocks: the frames by block, each for fitting, for selecting causes, or to be reported on.
     base: the effects of the simulator as it is. like: the evidence of another run in the same scene, whose cuts and
     spread are taken, so that the counts of the two can be compared. config: the thresholds of the diagnosis.
     """
@@ -72,10 +72,11 @@ class Evidence:
         self.blocks = select_frames(len(run), run.camera.width, config.data)
         if len(self.blocks) < 2:
             raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to validate", "give 2 or more")
+        self._dealt = deal_blocks(len(self.blocks), 3 if self.in_three else 2)
         resized = any(effect.resizes() for effect in acting(base))
         windows = [run.camera] * len(self.blocks)
         if not resized:
-            windows = select_rows(self.blocks, run.camera, self._parts, config.data)
+            windows = select_rows(self.blocks, run.camera, self._dealt, config.data)
         self.windows = {int(i): window for window, block in zip(windows, self.blocks, strict=True) for i in block}
         self.rows = windows[0].height
         self.stride = max(1, round(self.rows * run.camera.width / config.data.pixels_of_frame))
@@ -93,26 +94,22 @@ class Evidence:
     @property
     def train(self) -> list[int]:
         """The blocks that parameters are fitted on."""
-        return list(range(0, len(self.blocks), self._parts))
+        return self._dealt[0]
 
     @property
     def held_out(self) -> list[int]:
         """The blocks that causes are selected on."""
-        return list(range(1, len(self.blocks), self._parts))
+        return self._dealt[1]
 
     @property
     def test(self) -> list[int]:
         """The blocks that are reported on. Of a short recording they are those that causes are selected on."""
-        return list(range(2, len(self.blocks), 3)) if self.in_three else self.held_out
+        return self._dealt[-1]
 
     @property
     def in_three(self) -> bool:
         """Whether there are enough blocks for three parts."""
         return len(self.blocks) >= self.config.data.least_blocks
-
-    @property
-    def _parts(self) -> int:
-        return 3 if self.in_three else 2
 
     def forget(self, kept: Sequence[int]) -> None:
         """Let go of the geometry of all blocks but those, which is most of what is kept in memory."""

@@ -8,7 +8,7 @@ every block other ones, so that each part of the blocks (see :class:`Evidence`) 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import chain, pairwise, permutations
 from math import gcd
 
 import numpy as np
@@ -22,6 +22,8 @@ from depthsim.raycast import Caster, Geometry
 BANDS = 3
 MARGIN = 12
 """[px] Rows at a cut that are simulated and not counted, as effects act on them from beyond the cut."""
+_GOLDEN = (5**0.5 - 1) / 2
+"""Multiples of it are spread evenly modulo 1, and never come back."""
 
 
 @dataclass
@@ -88,24 +90,37 @@ def select_frames(count: int, width: int, limit: DepthData) -> list[NDArray[np.i
     return [np.arange(start, start + length) for start in np.unique(starts)]
 
 
-def select_rows(blocks: Sequence[NDArray[np.int64]], camera: Camera, parts: int, limit: DepthData) -> list[Camera]:
+def deal_blocks(count: int, parts: int) -> list[list[int]]:
+    """The numbers of the blocks in each part: of every ``parts`` in a row one each, in changing orders.
+
+    In one order, what comes back after as many blocks, such as an exposure that hunts, would fall to one part alone.
+    Two parts take turns, as they are of few blocks, and both are to span the time.
+    """
+    orders = list(permutations(range(parts))) if parts > 2 else [(0, 1)]
+    turns = [orders[int(turn * _GOLDEN % 1 * len(orders))] for turn in range(count // parts)]
+    dealt = [*chain(*turns), *range(count % parts)]
+    return [[block for block, own in enumerate(dealt) if own == part] for part in range(parts)]
+
+
+def select_rows(
+    blocks: Sequence[NDArray[np.int64]], camera: Camera, dealt: Sequence[Sequence[int]], limit: DepthData
+) -> list[Camera]:
     """The camera that each block is looked at with: the whole one, or the rows of a band in each third of its picture.
 
-    parts: every ``parts``-th block is in one part. Its bands are spread evenly from the first row to the last, in an
+    dealt: the numbers of the blocks in each part. Its bands are spread evenly from the first row to the last, in an
     order that has little to do with time. All blocks have as many rows.
     """
     rows = max(limit.pixels // (sum(map(len, blocks)) * camera.width), limit.least_rows) // BANDS
     if BANDS * rows >= camera.height or camera.aligned:  # the imagers of an aligned camera have other rows
         return [camera] * len(blocks)
-    found = []
-    for number in range(len(blocks)):
-        part, place = number % parts, number // parts
-        count = len(range(part, len(blocks), parts))
+    found, ends = [camera] * len(blocks), np.linspace(0, camera.height, BANDS + 1)
+    for part, own in enumerate(dealt):
+        count = len(own)
         turn = next(k for k in range(round(0.62 * count) or 1, count + 2) if gcd(k, count) == 1)
-        share = (place * turn + part * count // parts) % count / max(count - 1, 1)
-        ends = np.linspace(0, camera.height, BANDS + 1)
-        firsts = [round(a + share * (b - a - rows)) for a, b in pairwise(ends)]
-        found.append(camera.window(np.concatenate([np.arange(first, first + rows) for first in firsts])))
+        for place, number in enumerate(own):
+            share = (place * turn + part * count // len(dealt)) % count / max(count - 1, 1)
+            firsts = [round(a + share * (b - a - rows)) for a, b in pairwise(ends)]
+            found[number] = camera.window(np.concatenate([np.arange(first, first + rows) for first in firsts]))
     return found
 
 

@@ -95,12 +95,13 @@ def matter(recorded: Validator, registered: Validator, selection: Selection) -> 
     with_errors = model.build(recorded.evidence.base)
     right = model.build(registered.evidence.base)
     score = registered.score(right)
-    closed = recorded.quick(with_errors, runs) - score.gap
+    gap = recorded.quick(with_errors, runs)
+    closed = gap - score.gap
     if closed <= registered.config.faint * score.floor or leaves_biases((recorded, with_errors), (registered, right)):
         return False
     share = closed / max(recorded.score(start[1]).gap - score.floor, 1e-12)
     limit = registered.evidence.config.select
     if not model.parts:  # the only cause must close as much as any other one
         return share >= limit.first
-    much = limit.further
-    return share >= much or share > closed_error(start, (recorded, with_errors), (registered, right))
+    much = share >= limit.further or closed >= limit.further_of_left * (gap - score.floor)
+    return much or share > closed_error(start, (recorded, with_errors), (registered, right))
