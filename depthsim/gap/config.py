@@ -201,8 +201,9 @@ class DepthAgreement(Section):
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
     together: float = _value(0.2, "of what an effect does: with more going together, it is no independent error")
-    opposed: float = _value(
-        0.05, "of neighbouring pixels: with so many more off to opposite sides than to the same, a noise is no cause"
+    waves: float = _value(
+        8.0,
+        "times what a simulated spectrum of errors rises: with more in the recording, they are waves and no noise",
     )
     brought_together: float = _value(
         0.03, "of a correlation of neighbours: one that is farther from the recording's by more is another's"

@@ -2,8 +2,6 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import pytest
@@ -12,20 +10,15 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from depthsim.gap import Diagnosis, diagnose
-from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data import histograms
-from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.fit import neighbours, rules
-from depthsim.gap.depth.fit.asked import Asked
-from depthsim.gap.depth.fit.validate import Validator
-from depthsim.materials import load_materials
+from depthsim.gap.depth.fit import neighbours
 from depthsim.presets import preset
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
 from depthsim.runs.png import encode_png
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.sensor.effect import effect_class, effect_ids
+from depthsim.sensor.effect import effect_ids
 from depthsim.trajectory import Trajectory, load_trajectory
 
 Change = Callable[[list[NDArray[np.uint16]]], list[NDArray[np.uint16]]]
@@ -93,44 +86,6 @@ def test_the_mean_of_three_frames_is_no_filter_of_the_picture(tmp_path: Path) ->
     run = recorded(tmp_path / "run", change, "d415", still=True)
     found = diagnosed(run, "d415", "spatial_filter")
     assert "spatial_filter" not in [cause.effect for cause in found.causes]
-
-
-def test_even_and_odd_columns_are_told_from_noise(tmp_path: Path) -> None:
-    """They are off to opposite sides, as errors that go together or are each by itself are not."""
-
-    def change(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
-        side = np.where(np.arange(106) % 2, 20, -20)
-        return [np.where(picture > 0, picture + side, 0).astype(np.uint16) for picture in pictures]
-
-    def opposed(name: str, how: Change) -> float:
-        profile = load_profile("paper").effects
-        run = Run.open(recorded(tmp_path / name, how))
-        evidence = Evidence(run, load_scene("office"), load_materials(), profile, 1)
-        return neighbours.opposed(Validator(evidence, evidence.test))
-
-    def with_tails(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
-        rng = np.random.default_rng(0)
-        off = [rng.laplace(size=picture.shape) * 40 * (rng.random((1, 106)) < 0.5) for picture in pictures]
-        return [
-            np.where(one > 0, np.maximum(one + more, 1), 0).astype(np.uint16)
-            for one, more in zip(pictures, off, strict=True)
-        ]
-
-    assert opposed("columns", change) > 0.15
-    assert abs(opposed("noise", lambda pictures: pictures)) < 0.05 and abs(opposed("tails", with_tails)) < 0.05
-
-
-@pytest.mark.parametrize(
-    ("effect", "share", "refused"),
-    [("motion_noise", 0.2, True), ("motion_noise", 0.02, False), ("temporal_correlation", 0.2, False)],
-)
-def test_noise_is_none_for_errors_to_opposite_sides(
-    monkeypatch: pytest.MonkeyPatch, effect: str, share: float, refused: bool
-) -> None:
-    monkeypatch.setattr(neighbours, "opposed", lambda validator: share)
-    validator = SimpleNamespace(once=lambda work: work(None))
-    one = SimpleNamespace(effect=effect_class(effect), limit=DepthConfig().agreement, validator=validator)
-    assert (rules.opposes(cast("Asked", one)) is not None) == refused
 
 
 def test_what_two_ray_casters_differ_by_is_no_gap(tmp_path: Path) -> None:

@@ -133,6 +133,16 @@ def test_times_that_wander_are_told_from_poses_that_are_off(room: Room, walk: Ru
     assert not room.register(walk).errors.are_of_time
 
 
+def test_pictures_that_freeze_are_told_from_poses_that_are_off(room: Room, walk: Run) -> None:
+    """Some pictures come twice, while the camera goes on."""
+    run = room.record()
+    held = [index - index % 4 if index < FRAMES // 2 else index for index in range(FRAMES)]
+    frozen = replace(run, files=tuple(run.files[index] for index in held))
+    errors = room.register(frozen).errors
+    assert not errors.is_none and errors.are_of_time and errors.repeated > 0.3
+    assert room.register(walk).errors.repeated == 0
+
+
 def test_a_scale_of_each_frame_is_told_from_poses_that_are_off(room: Room, walk: Run) -> None:
     """Pictures that are by turns of two calibrations, which a rigid motion comes near to."""
     run = room.record()

@@ -22,6 +22,7 @@ from depthsim.gap.depth.fit.alignment import select_aligned
 from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.finer import with_fine_pattern
+from depthsim.gap.depth.fit.marks import waves_beside
 from depthsim.gap.depth.fit.pattern import learn_pattern
 from depthsim.gap.depth.fit.poses import matter, no_poses, register_frames
 from depthsim.gap.depth.fit.select import Selection, select, select_more
@@ -184,8 +185,10 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     if not is_cause and recorded is not validator:
         recorded, before = validator, validator.score(evidence.base)
     named = bool(selection.model.parts) or is_cause
+    length = waves_beside(validator, selection.model.build(evidence.base))
+    waves = f"the recording's errors come in waves of {length:.3g} px, and no simulated ones" if length else ""
     said = poses.note(is_cause) if poses else no_poses(errors)
-    remarks = (*((said,) if said else ()), *_blind(evidence, without))
+    remarks = (*filter(None, (said, waves)), *_blind(evidence, without))
     if not named and not before.stands_out(config.significance) and poses is not None:
         return _no_gap(recorded, profile, before, *remarks)
     if not named and before.above < config.significance.faint * before.floor:

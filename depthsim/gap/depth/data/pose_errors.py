@@ -11,6 +11,8 @@ _SURE = 3.3
 """Standard errors: 1 in 1000."""
 _ALONG = 0.5
 """Of the motions' squares: with more along the camera's own velocity, it is the times that are wrong."""
+_REPEATED = 0.1
+"""Of successive frames: with more that are the same, it is no chance."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class PoseErrors:
     the random motions' squares that lies along each frame's own velocity; of random ones that is about a sixth.
     of_disparity: what an offset and a scale of each frame's disparities explain, over what its motion does, both found
     on one half of the pixels for the other. Of a motion that is at most about 1.
+    repeated: the share of successive frames whose pictures are the same, pixel for pixel.
     of_frame: the standard errors of one frame's own turn [rad] about an axis and shift [m] along one, root mean square.
     """
 
@@ -48,12 +51,18 @@ class PoseErrors:
     removed: float
     along_motion: float = 0.0
     of_disparity: float = 0.0
+    repeated: float = 0.0
     of_frame: tuple[float, float] = (0.0, 0.0)
 
     @property
     def are_of_time(self) -> bool:
         """Whether they are late or early rather than off: stamps that wander, or frames that are repeated."""
-        return self.along_motion > _ALONG
+        return self.along_motion > _ALONG or self.are_repeated
+
+    @property
+    def are_repeated(self) -> bool:
+        """Whether the camera's poses went on while its pictures did not."""
+        return self.repeated > _REPEATED
 
     @property
     def are_of_disparity(self) -> bool:

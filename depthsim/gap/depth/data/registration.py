@@ -10,6 +10,7 @@ a motion does to a pixel holds to first order only, so the scene is cast anew fr
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,6 +115,7 @@ class _Work(MixedModel):
         errors = replace(
             self._errors(alike),
             along_motion=self._along_motion(),
+            repeated=self._repeated(),
             of_disparity=of_disparity,
             of_frame=(float(of_frame[0]), float(of_frame[1])),
         )
@@ -159,6 +161,14 @@ class _Work(MixedModel):
         along = (self.random * moved * twist).sum(axis=1) ** 2 / np.maximum((moved * twist**2).sum(axis=1), 1e-24)
         whole = float((moved * self.random**2).sum())
         return float(along.sum() / whole) if whole > 0 else 0.0
+
+    def _repeated(self) -> float:
+        """See :class:`PoseErrors`."""
+        same: list[bool] = []
+        for (one, before), (other, after) in pairwise((index, self.run.depth_raw(index)) for index in self.frames):
+            if other == one + 1:
+                same.append(np.array_equal(before, after))
+        return float(np.mean(same)) if same else 0.0
 
     def _again(self, priors: Floats) -> None:
         self.priors = priors

@@ -1,4 +1,6 @@
-"""Marks that pictures have of some effects alone: steps, doubled rows, holes in lines, neighbours that go together."""
+"""Marks that pictures have of some effects alone: steps, doubled rows, lines of holes, waves, neighbours alike."""
+
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,6 +9,7 @@ from depthsim.draws import Seed
 from depthsim.gap.depth.data.doubling import line_of
 from depthsim.gap.depth.data.lines import holes_in_lines
 from depthsim.gap.depth.data.quantization import find_steps
+from depthsim.gap.depth.data.waves import strongest_wave
 from depthsim.gap.depth.fit import neighbours
 from depthsim.gap.depth.fit.changes import Effects, phases_apart
 from depthsim.gap.depth.fit.validate import Validator
@@ -74,6 +77,24 @@ def brings_together(validator: Validator, effect: type[Effect], before: Effects,
     return f"makes errors go together along {known.replace('_', ' ')}, where the recording's do not"
 
 
+def comes_in_waves(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
+    """Whether a noise, or what makes noise go together, is for errors that come in waves, as no effect makes them.
+
+    Such as stripes that move, or even and odd columns, whose errors are no larger than those of a noise.
+    """
+    length = waves_beside(validator, after) if effect.kinds[0] in ("spread", "correlation") else None
+    return None if length is None else f"makes no waves, and the recording's errors have some of {length:.3g} px"
+
+
+def waves_beside(validator: Validator, effects: Effects) -> float | None:
+    """The length [px] of waves of errors that the recording has and a sensor has not; None where there are none."""
+    evidence = validator.evidence
+    if evidence.camera.aligned or evidence.doubled is not None:  # doubled rows are waves, too
+        return None
+    (recorded, length), (simulated, _) = validator.once(_wave_recorded), validator.once(_wave_simulated, effects)
+    return length if recorded > evidence.config.agreement.waves * simulated else None
+
+
 def _line_recorded(validator: Validator) -> float:
     """How strong the lines of the doubled rows are in some of the recording's pictures."""
     evidence = validator.evidence
@@ -120,3 +141,20 @@ def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
     trusted = {i: evidence.trusted(i) for i in some}
     seen = {i: evidence.frames[i].geometry.depth > 0 for i in trusted}
     return {i: seen[i] if mask is None else seen[i] & mask for i, mask in trusted.items()}
+
+
+def _wave_recorded(validator: Validator) -> tuple[float, float]:
+    return _wave_of(validator, (validator.evidence.recorded(i) for i in _surfaces(validator)))
+
+
+def _wave_simulated(validator: Validator, effects: Effects) -> tuple[float, float]:
+    shown = (validator.evidence.pictures(effects, b, Seed("waves")) for b in validator.few)
+    return _wave_of(validator, (picture for pictures in shown for picture in pictures))
+
+
+def _wave_of(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> tuple[float, float]:
+    """The strongest wave of errors, by the side of the scene to which pixels are off."""
+    frames, unit = validator.evidence.frames, validator.evidence.camera.depth_scale
+    seen = zip(_surfaces(validator).items(), pictures, strict=True)
+    off = ((surface & (units > 0), units * unit - frames[i].geometry.depth) for (i, surface), units in seen)
+    return strongest_wave(np.where(is_known, np.sign(error), 0).astype(np.int8) for is_known, error in off)

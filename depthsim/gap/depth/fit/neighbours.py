@@ -26,24 +26,6 @@ def brought(validator: Validator, axis: str, before: Sequence[Effect], after: Se
     return float(off[1] - off[0])
 
 
-def opposed(validator: Validator) -> float:
-    """Share of the recording's neighbouring pixels, in rows or columns, that are off from the scene to opposite sides,
-    less the share of those to the same side: 0 of independent errors however they are spread, 1 where all are opposite.
-
-    A bias that neighbours share makes it less.
-    """
-    evidence = validator.evidence
-    counts = np.zeros((2, 2))
-    for index in (int(i) for block in validator.few for i in evidence.blocks[block]):
-        measured, clean, mask = evidence.recorded(index), evidence.frames[index].geometry.depth, evidence.trusted(index)
-        is_known = (measured > 0) & (clean > 0) & (True if mask is None else mask)
-        side = np.where(is_known, np.sign(measured * evidence.camera.depth_scale - clean), 0)
-        both = side[:, 1:] * side[:, :-1], side[1:] * side[:-1]
-        counts += [[np.sum(pairs < 0), np.sum(pairs > 0)] for pairs in both]
-    opposite, same = counts.T
-    return float(((opposite - same) / np.maximum(opposite + same, 1)).max())
-
-
 def _simulated(validator: Validator, effects: Sequence[Effect], axis: str) -> NDArray[np.float64]:
     return _correlations(validator, validator.runs(effects, 1)[0].sum(axis=0), axis)
 

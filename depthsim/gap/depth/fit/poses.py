@@ -63,6 +63,8 @@ def no_poses(errors: PoseErrors | None) -> str:
     """Why frames that differ from the scene were not registered with it, for a reader; "" where nothing differs."""
     if errors is None or errors.is_unknown:
         return ""
+    if errors.are_repeated:
+        return f"{errors.repeated:.0%} of the pictures are the one before, pixel for pixel, while the poses go on"
     return _LATE if errors.are_of_time else _WANDERS if errors.are_of_disparity else ""
 
 

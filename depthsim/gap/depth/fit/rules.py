@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.data import histograms
-from depthsim.gap.depth.fit import neighbours
 from depthsim.gap.depth.fit.asked import WORDS, Asked
 from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, cost, done_by, worth_of
 from depthsim.gap.depth.fit.validate import Validator
@@ -293,16 +292,6 @@ def left_of_pairs(asked: Asked) -> float:
     axes = asked.validator.evidence.axes
     own = [n for n, axis in enumerate(axes) if axis.name in asked.effect.axes and axis.kind != histograms.ERROR]
     return float(asked.left.pairs[own].sum()) / max(float(asked.gap.pairs[own].sum()), 1e-12)
-
-
-def opposes(asked: Asked) -> str | None:
-    """Whether a noise is for errors that neighbours have to opposite sides.
-
-    Such as even and odd columns, whose errors are no larger than those of a noise.
-    """
-    if asked.effect.kinds[0] != "spread" or asked.validator.once(neighbours.opposed) <= asked.limit.opposed:
-        return None
-    return "adds errors that are independent, where those of neighbours are to opposite sides"
 
 
 def goes_together(asked: Asked) -> str | None:

@@ -1,0 +1,77 @@
+"""Waves of errors are told from noise of any kind."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth.data.waves import strongest_wave
+from depthsim.gap.depth.fit import marks
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.sensor.effect import effect_class
+
+Array = NDArray[np.float64]
+RNG = np.random.default_rng(0)
+V, U = np.mgrid[:90, :160]
+
+
+def waves_of(make: Callable[[int], Array]) -> tuple[float, float]:
+    """Of eight frames of errors, with a tenth of holes."""
+    frames = (np.sign(make(frame)) * (RNG.random(V.shape) < 0.9) for frame in range(8))
+    return strongest_wave(frame.astype(np.int8) for frame in frames)
+
+
+def noise() -> Array:
+    return RNG.standard_normal(V.shape)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda _: noise(),
+        lambda _: noise() + 0.5,
+        lambda _: ndimage.gaussian_filter(noise(), (2, 4)),
+        lambda _: ndimage.gaussian_filter(noise(), (2, 4)) + 0.1 * noise(),
+        lambda _: ndimage.uniform_filter(noise(), 5) + 0.1 * noise(),
+        lambda _: noise() * RNG.exponential(size=(1, 160)) ** 2,
+        lambda _: noise() + 0.01 * (U - 80) + 0.5 * (V > 40),
+    ],
+    ids=["independent", "biased", "smooth", "smooth and rough", "of a window", "tails", "on a slope with a step"],
+)
+def test_noise_is_no_wave(make: Callable[[int], Array]) -> None:
+    assert waves_of(make)[0] < 4
+
+
+@pytest.mark.parametrize("length", [2, 7.3, 16, 23])
+@pytest.mark.parametrize("down", [False, True])
+def test_waves_are_found_that_move(length: float, down: bool) -> None:
+    """Larger than the noise, at another place in each frame."""
+    rise, found = waves_of(lambda k: noise() + 2 * np.cos(2 * np.pi * ((V if down else U) / length + 0.37 * k)))
+    assert rise > 10 and found == pytest.approx(length, rel=0.15)
+
+
+def test_nothing_known_is_no_wave() -> None:
+    assert strongest_wave(np.zeros((3, 10, 12), np.int8))[0] == 1
+    assert strongest_wave(np.ones((1, 1, 1), np.int8))[0] == 1
+
+
+@pytest.mark.parametrize(
+    ("effect", "rise", "refused"),
+    [
+        ("motion_noise", 20.0, True), ("spatial_correlation", 20.0, True), ("motion_noise", 5.0, False),
+        ("fill_rate", 20.0, False),
+    ],
+)  # fmt: skip
+def test_noise_is_none_for_waves(monkeypatch: pytest.MonkeyPatch, effect: str, rise: float, refused: bool) -> None:
+    monkeypatch.setattr(marks, "_wave_recorded", lambda validator: (rise, 16.0))
+    monkeypatch.setattr(marks, "_wave_simulated", lambda validator, effects: (1.1, 2.0))
+    for doubled, aligned in ((None, False), ((2.7, 0.0), False), (None, True)):
+        evidence = SimpleNamespace(camera=SimpleNamespace(aligned=aligned), doubled=doubled, config=DepthConfig())
+        validator = SimpleNamespace(evidence=evidence, once=lambda work, *sensors: work(None, *sensors))
+        said = marks.comes_in_waves(cast("Validator", validator), effect_class(effect), ())
+        assert (said is not None) == (refused and doubled is None and not aligned)
