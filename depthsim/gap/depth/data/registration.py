@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import fdtri
 
 from depthsim.gap.depth.data.equations import Equations, equations
 from depthsim.gap.depth.data.mixed_model import FINE, MixedModel
@@ -127,7 +127,7 @@ class _Work(MixedModel):
         # Errors that last are fewer than the frames.
         lasting = self._lasting()
         # Three means over a variance that is known from what the frames say of three directions (Fisher's F).
-        most = 3 * float(stats.f.ppf(_SURE, 3, 3 * max(len(self.frames) / lasting - 1, 1)))
+        most = 3 * float(fdtri(3, 3 * max(len(self.frames) / lasting - 1, 1), _SURE))
         held = np.zeros(self.count, np.bool_)
         for part in (slice(0, 3), slice(3, 6)):
             mount, covariance = self.beta[part], lasting * self.beta_covariance[part, part]
