@@ -117,14 +117,19 @@ def test_the_first_is_refined_before_it_is_refused(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(
-    ("effect", "gap", "enough"),
-    [("disparity_noise", 0.14, True), ("material_noise", 0.14, False), ("material_noise", 0.05, True)],
-)
+    ("effect", "gap", "acts", "enough"),
+    [
+        ("disparity_noise", 0.14, True, True), ("material_noise", 0.14, True, False),
+        ("material_noise", 0.05, True, True), ("material_noise", 0.103, True, True),
+        ("material_noise", 0.103, False, False),
+    ],
+)  # fmt: skip
 def test_a_small_cause_has_no_parameter_for_each_material(
-    monkeypatch: pytest.MonkeyPatch, effect: str, gap: float, enough: bool
+    monkeypatch: pytest.MonkeyPatch, effect: str, gap: float, acts: bool, enough: bool
 ) -> None:
-    """What is left after another cause has closed 0.8 of the gap is mostly closed by either."""
+    """What is left after another cause has closed 0.8 of the gap is closed by either, and all of it by its cause."""
     search = FakeSearch()
+    search.acts = lambda of: acts
     search.makes_steps, search.is_flexible = (lambda of: False), (lambda candidate: False)
     begun = chain(0.2, "lens_distortion")
     begun.score = SimpleNamespace(above=0.1, floor=0.0)

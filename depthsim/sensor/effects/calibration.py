@@ -78,7 +78,7 @@ class ThermalDrift(Effect):
         neutral=0,
         about="relative change of depth when the camera is warm",
         source="librealsense issue 8434: 1688 mm in place of 1700 mm on a D455 at 35 °C",
-        starts=(-0.01, 0.01),
+        starts=(-0.01, 0.01, -0.04, 0.04),
     )
     time_constant: float = parameter(
         600,

@@ -94,6 +94,14 @@ class Decimation(Effect):
             return True
         return all(n % _MULTIPLE == 0 and 2 * n <= most for n, most in zip(setting.size, _LARGEST, strict=True))
 
+    @classmethod
+    def bounds_in(cls, setting: Setting) -> dict[str, tuple[float, float]]:
+        """No larger blocks than the largest picture has room for."""
+        if setting.size is None:
+            return {}
+        most = min(largest // size for size, largest in zip(setting.size, _LARGEST, strict=True))
+        return {"factor": (1, float(max(most, 1)))}
+
     def apply(self, frame: Frame) -> None:
         """Put the smaller picture in the place of the frame's."""
         camera, unit, depth = self.stored(frame.camera), np.float32(frame.camera.depth_scale), frame.depth

@@ -52,7 +52,10 @@ class Replay:
         camera = frame.camera
         effects, pipeline = self._sensor(effects, camera)
         scratch = Scratch.of_thread(self._own)
-        fields = self._fields.setdefault(frame.index, {}) if seed == FITTING else None
+        keeps = (
+            seed == FITTING and pipeline.camera.width <= 2 * camera.width
+        )  # of what is decimated more they are too many
+        fields = self._fields.setdefault(frame.index, {}) if keeps else None
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch, fields)
         past = self._past_of(effects, pipeline) if any(effect.looks_back for effect in effects) else None
         met = self._met(pipeline, effects, exposure, frame)

@@ -121,9 +121,9 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     if biases[0] and any(biases[1:]) and gained < limit.least * search.whole:
         return False
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
-    # With so many parameters it takes up what the formulas of others leave.
+    # With so many parameters it takes up some of what the formulas of others leave, and is a cause if that is all.
     if (by_material or search.is_flexible(trial.newest)) and gained < limit.further * search.whole:
-        return False
+        return gained >= search.config.agreement.nearly_all * left and search.acts(trial.model)
     faint = search.config.significance.faint * chain.score.floor
     if closes_enough(gained, left, search.whole, faint, limit):
         return True

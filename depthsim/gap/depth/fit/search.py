@@ -216,7 +216,9 @@ class Search(Fitting):
             self.say(f"looking at {self.bank[number].effect}, {number + 1} of {len(self.bank)}")
             begun[number] = start(self.bank[number], base, here, target, roots)
         most = self.config.fit.looked_at if so_far is None else self.config.fit.looked_at_again
-        open_to = worth_a_look({k: begun[k][1] for k in open_to}, most)
+        first = first_axes(self.validator, base)
+        known = [k for k in open_to if _is_known_by(self.bank[k].effect, first)]  # however far off they begin
+        open_to = sorted({*worth_a_look({k: begun[k][1] for k in open_to}, most), *known})
         best: dict[tuple[str, bool], Model] = {}
         for number in open_to:
             candidate = self.bank[number]
