@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from depthsim.errors import InputError
 from depthsim.materials import load_materials
-from depthsim.odometry.open3d_images import FUSING, colour_image, depth_image, intrinsic_matrix, quiet_open3d
+from depthsim.odometry.open3d_images import FUSING, depth_image, intrinsic_matrix, quiet_open3d
 from depthsim.odometry.systems import estimate
 from depthsim.raycast import Caster
 from depthsim.reconstruction.mask import trusted
@@ -115,14 +115,14 @@ def fuse(
 ) -> Scene:
     """The mesh of all frames, of surfaces that ``least_views`` frames or more have seen; poses (N, 4, 4).
 
-    blocks: of 16^3 voxels, 80 kB each, that there is room for to begin with; to touch more takes seconds.
+    blocks: of 16^3 voxels, 32 kB each, that there is room for to begin with; to touch more takes seconds.
     """
     o3d = quiet_open3d()
     core = o3d.core
     grid = o3d.t.geometry.VoxelBlockGrid(
-        attr_names=("tsdf", "weight", "color"),
-        attr_dtypes=(core.float32, core.float32, core.float32),
-        attr_channels=((1), (1), (3)),
+        attr_names=("tsdf", "weight"),
+        attr_dtypes=(core.float32, core.float32),
+        attr_channels=((1), (1)),
         voxel_size=voxel,
         block_resolution=16,
         block_count=blocks,
@@ -137,14 +137,17 @@ def fuse(
             empty = False
             extrinsic = core.Tensor(np.linalg.inv(pose))
             seen = grid.compute_unique_block_coordinates(depth, intrinsic, extrinsic, scale, depth_max, TRUNCATION)
-            colour = colour_image(o3d, run, index)
-            grid.integrate(seen, depth, colour, intrinsic, intrinsic, extrinsic, scale, depth_max, TRUNCATION)
+            grid.integrate(seen, depth, intrinsic, extrinsic, scale, depth_max, TRUNCATION)
         progress(index + 1, len(poses))
     faces = np.empty((0, 3), np.uint32)
     if not empty:
         # Each view adds one to a voxel's weight, and Open3D keeps what is above the threshold, not what is at it.
-        mesh = grid.extract_triangle_mesh(weight_threshold=least_views - 0.5)
-        faces = mesh.triangle.indices.numpy().astype(np.uint32) if len(mesh.vertex) else faces
+        try:
+            mesh = grid.extract_triangle_mesh(weight_threshold=least_views - 0.5)
+            faces = mesh.triangle.indices.numpy().astype(np.uint32) if len(mesh.vertex) else faces
+        except RuntimeError as error:
+            if "SetVertexColors" not in str(error):  # what it says of a mesh without vertices, if it has no colours
+                raise
     if not len(faces):
         problem = f"has no surface nearer than {depth_max:g} m that {least_views} frames have seen"
         raise InputError(run.path, "", problem, "give more frames, better poses, or a larger `depth_max`")
