@@ -97,10 +97,13 @@ def surface_error(run: Run, beside: Path) -> float:
 
 
 def main() -> None:
-    """The figures of systems, with commas between, on the runs whose folders come in, a line of JSON for each line."""
+    """The figures of systems, with commas between, on the runs whose folders come in, a line of JSON for each line.
+
+    After the systems comes which core it is for.
+    """
     if hasattr(os, "sched_setaffinity"):
         cores = sorted(os.sched_getaffinity(0))
-        os.sched_setaffinity(0, {cores[os.getpid() % len(cores)]})
+        os.sched_setaffinity(0, {cores[int(sys.argv[2]) % len(cores)]})
     os.nice(19)  # what begins it is waited for
     sys.modules["dash"] = MagicMock()  # Open3D takes four fifths of its time to load for what shows it in a browser
     systems, parent = sys.argv[1].split(","), os.getppid()

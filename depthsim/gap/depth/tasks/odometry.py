@@ -9,10 +9,13 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
+from queue import SimpleQueue
 from tempfile import TemporaryDirectory
+from threading import Thread
 from typing import Self
 
 import numpy as np
@@ -180,45 +183,53 @@ def _write(
 
 
 class _Workers:
-    """Processes that measure runs, side by side."""
+    """Processes that measure runs, each on a core of its own: the next run is for the first that is free."""
 
     def __init__(self, systems: Sequence[str]) -> None:
         self._systems = ",".join(systems)
-        self._workers: list[subprocess.Popen[str]] = []
-        self._given: list[list[Path]] = []
+        self._workers: list[tuple[subprocess.Popen[str], Thread]] = []
+        self._waiting: SimpleQueue[Path | None] = SimpleQueue()
+        self._given: dict[Path, Future[dict[str, float]]] = {}
 
     def measure(self, runs: Sequence[Path], processes: int) -> None:
         """Begin to measure runs, as soon as those are done that were asked for before."""
-        for _ in range(min(processes, len(runs)) - len(self._workers)):
+        for run in runs:
+            self._given[run] = Future()
+            self._waiting.put(run)
+        for number in range(len(self._workers), min(processes, len(runs))):
             worker = subprocess.Popen(
-                [sys.executable, "-m", "depthsim.odometry.worker", self._systems],
+                [sys.executable, "-m", "depthsim.odometry.worker", self._systems, str(number)],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
             )  # fmt: skip
-            self._workers.append(worker)
-            self._given.append([])
-        for number, run in enumerate(runs):
-            at = number % len(self._workers)
-            self._given[at].append(run)
-            if (stdin := self._workers[at].stdin) is not None:
-                stdin.write(f"{run}\n")
-                stdin.flush()
+            thread = Thread(target=self._serve, args=(worker,), daemon=True)
+            self._workers.append((worker, thread))
+            thread.start()
+
+    def _serve(self, worker: subprocess.Popen[str]) -> None:
+        """Give a process one run after the other."""
+        assert worker.stdin and worker.stdout
+        while (run := self._waiting.get()) is not None:
+            try:
+                worker.stdin.write(f"{run}\n")
+                worker.stdin.flush()
+                self._given[run].set_result(json.loads(worker.stdout.readline()))
+            except (OSError, ValueError):  # it has ended
+                worker.kill()
+                self._given[run].set_exception(subprocess.CalledProcessError(worker.wait(), "odometry"))
+        worker.communicate()
 
     def figures(self) -> dict[Path, dict[str, float]]:
         """Of each run, once they are all there."""
-        found: dict[Path, dict[str, float]] = {}
-        for worker, runs in zip(self._workers, self._given, strict=True):
-            text, _ = worker.communicate(timeout=_LONGEST)
-            if worker.returncode:
-                raise subprocess.CalledProcessError(worker.returncode, "odometry")
-            found |= zip(runs, map(json.loads, text.splitlines()), strict=True)
-        return found
+        return {run: future.result(_LONGEST) for run, future in self._given.items()}
 
     def stop(self) -> None:
         """End what still runs."""
-        for worker in self._workers:
+        for worker, _ in self._workers:
             worker.kill()
-            worker.communicate()
+            self._waiting.put(None)
+        for _, thread in self._workers:
+            thread.join()
 
 
 def _task(name: str, recorded: dict[str, float], before: Figures, after: Figures) -> Task:
