@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
@@ -52,5 +53,6 @@ def png(drawn: Figure) -> bytes:
     """The figure's PNG; the same figure gives the same bytes."""
     out = io.BytesIO()
     metadata: dict[str, Any] = {"Software": None}
-    drawn.savefig(out, format="png", dpi=130, metadata=metadata)
+    drawn.set_dpi(130)
+    FigureCanvasAgg(drawn).print_png(out, metadata=metadata)  # savefig draws twice, to lay out what it then draws
     return out.getvalue()
