@@ -9,6 +9,8 @@ from depthsim.cli.options import MaterialsFile, Tags, Units, Up, parse_tags
 from depthsim.errors import InputError
 
 if TYPE_CHECKING:
+    from depthsim.gap.depth.findings import Findings
+    from depthsim.gap.depth.report.write import Drawn
     from depthsim.materials import Materials
     from depthsim.scene import Scene
 
@@ -83,16 +85,24 @@ def _one(
     from rich.console import Console
 
     from depthsim.gap import investigate
-    from depthsim.gap.depth.report.write import Named, write_report
     from depthsim.gap.report.terminal import show
 
+    drawn: list[Drawn] = []
     with _Progress() as say:
+
+        def draw(found: "Findings") -> None:
+            from depthsim.gap.depth.report.write import Named, draw_report  # loads what draws
+
+            say("drawing the report")
+            drawn.append(draw_report(found, out, Named(scene, sensor, file)))
+
         found = investigate(
             path, scene=scene, sensor=sensor, without=without, objects=only, without_objects=hide, threads=threads,
-            materials=materials, say=say, tasks=tasks,
+            materials=materials, say=say, tasks=tasks, meanwhile=draw,
         )  # fmt: skip
-        say("drawing the report")
-        origin = write_report(found, out, Named(scene, sensor, file))
+        from depthsim.gap.depth.report.write import write_report
+
+        origin = write_report(found, out, drawn=drawn[0])
     show(Console(highlight=False), found.diagnosis, origin)
 
 

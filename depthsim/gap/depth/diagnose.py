@@ -10,6 +10,7 @@ what it costs    the figures that a robot's software sees, of the recording and 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import MEASURE, UNIT
@@ -42,6 +43,9 @@ from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.effects.fixed_pattern import FixedPattern
 from depthsim.sensor.effects.pose_noise import PoseNoise
 from depthsim.sensor.profile import Profile
+
+if TYPE_CHECKING:
+    from depthsim.gap.depth.report.write import Drawn
 
 _FAINTLY = (
     "the recording differs from the simulator by more than chance, but by less than a tenth of what two runs of one "
@@ -80,17 +84,25 @@ def diagnose(
     """
     if out is not None:
         check_report_folder(Path(out))
+    drawn: list[Drawn] = []
+
+    def draw(found: Findings) -> None:
+        if out is not None:
+            from depthsim.gap.depth.report.write import Named, draw_report
+
+            say("drawing the report")
+            given = sensor if sensor is None or isinstance(sensor, str | Path) else found.profile
+            file = Path(materials) if isinstance(materials, str | Path) else None
+            drawn.append(draw_report(found, Path(out), Named(scene, given, file)))
+
     found = investigate(
         run, scene=scene, sensor=sensor, without=without, objects=objects, without_objects=without_objects,
-        threads=threads, materials=materials, config=config, say=say, tasks=tasks,
+        threads=threads, materials=materials, config=config, say=say, tasks=tasks, meanwhile=draw,
     )  # fmt: skip
     if out is not None:
-        from depthsim.gap.depth.report.write import Named, write_report
+        from depthsim.gap.depth.report.write import write_report
 
-        say("drawing the report")
-        given = sensor if sensor is None or isinstance(sensor, str | Path) else found.profile
-        file = Path(materials) if isinstance(materials, str | Path) else None
-        write_report(found, Path(out), Named(scene, given, file))
+        write_report(found, Path(out), drawn=drawn[0])
         return found.diagnosis.in_report(out)
     return found.diagnosis
 
@@ -108,20 +120,28 @@ def investigate(
     config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     say: Say = lambda _: None,
     tasks: bool = True,
+    meanwhile: Callable[[Findings], None] = lambda _: None,
 ) -> Findings:
-    """As :func:`diagnose`, with everything that the diagnosis was made from."""
+    """As :func:`diagnose`, with everything that the diagnosis was made from.
+
+    meanwhile: is given it while odometry is still run, without what the gap costs there.
+    """
     say("casting the scene")
     given, profile = load_evidence(run, scene, sensor, materials, threads, config, objects, without_objects)
     if not tasks:
-        return _found(given, profile, without, say)
+        found = _found(given, profile, without, say)
+        meanwhile(found)
+        return found
     with Odometry(given) as odometry:
         odometry.begin(given.base, max(given.threads // 2, 1))  # on what the search leaves idle
         found = _found(given, profile, without, say)
         say("measuring what the gap costs")
         costs = tasks_of(found)
-        say("running odometry on the recording and on its simulations")
         if found.diagnosis.causes:
             odometry.begin(found.fixed.effects, given.threads)
+        odometry.hasten(given.threads)
+        meanwhile(found)
+        say("running odometry on the recording and on its simulations")
         costs += odometry.tasks()
     return replace(found, diagnosis=found.diagnosis.model_copy(update={"tasks": costs}))
 

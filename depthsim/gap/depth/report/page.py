@@ -19,9 +19,9 @@ _MEASURE = (
 )
 
 
-def report_page(d: Diagnosis, drawing: DepthDrawing) -> str:
-    """index.html, from what diagnosis.json and drawing.json hold."""
-    drawn = pictures(drawing)
+def report_page(d: Diagnosis, drawing: DepthDrawing, drawn: dict[str, Picture] | None = None) -> str:
+    """index.html, from what diagnosis.json and drawing.json hold. drawn: the pictures, where they are drawn already."""
+    drawn = pictures(drawing) if drawn is None else drawn
     page = Page(f"Depth diagnosis of {Path(drawing.origin.run).absolute().name}", drawing.subtitle)
     page.tiles(_tiles(d))
     _answer(page, d)

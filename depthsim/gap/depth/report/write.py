@@ -6,13 +6,15 @@ from pathlib import Path
 import yaml
 
 from depthsim.gap.depth.findings import Findings
-from depthsim.gap.depth.report.drawing import measure_drawing
+from depthsim.gap.depth.report.drawing import DepthDrawing, measure_drawing
+from depthsim.gap.depth.report.figures import pictures
 from depthsim.gap.depth.report.page import report_page
 from depthsim.gap.depth.where.residual import stub
 from depthsim.gap.depth.where.shares import shares_npz
 from depthsim.gap.diagnosis import Diagnosis
 from depthsim.gap.report import words
 from depthsim.gap.report.drawing import write_drawing
+from depthsim.gap.report.figures import Picture
 from depthsim.gap.report.folder import report_folder
 from depthsim.gap.report.words import SENSOR, STUB, Origin
 from depthsim.runs.storing import write_whole
@@ -39,18 +41,27 @@ class Named:
     materials: Path | None = None
 
 
-def write_report(found: Findings, folder: Path, named: Named | None = None) -> Origin:
+Drawn = tuple[Origin, DepthDrawing, dict[str, Picture]]
+"""What the words of a report are made with, what is drawn, and the pictures."""
+
+
+def draw_report(found: Findings, folder: Path, named: Named | None = None) -> Drawn:
+    """What takes the time of a report. It does not need the figures of what the gap costs."""
+    origin = origin_of(found, folder, named or Named())
+    drawing = measure_drawing(found, origin)
+    return origin, drawing, pictures(drawing)
+
+
+def write_report(found: Findings, folder: Path, named: Named | None = None, drawn: Drawn | None = None) -> Origin:
     """Write the report to ``folder``, whole or not at all; an earlier report there is replaced.
 
-    named: what was diagnosed, for the commands that the report gives; by default the run's own scene and sensor. Gives
-    back what the words of the report were made with. Raises :class:`InputError` where ``folder`` is anything else
-    than a report, and where the disk refuses.
+    named: what was diagnosed, for the commands that the report gives; by default the run's own scene and sensor.
+    drawn: by :func:`draw_report`, in place of it. Gives back what the words of the report were made with. Raises
+    :class:`InputError` where ``folder`` is anything else than a report, and where the disk refuses.
     """
-    named, folder = named or Named(), Path(folder)
-    origin = origin_of(found, folder, named)
-    diagnosis = found.diagnosis
-    drawing = measure_drawing(found, origin)
-    page = report_page(diagnosis, drawing)
+    folder, diagnosis = Path(folder), found.diagnosis
+    origin, drawing, pictures_drawn = drawn or draw_report(found, folder, named)
+    page = report_page(diagnosis, drawing, pictures_drawn)
     with report_folder(folder) as part:
         if origin.scene == str(folder / SCENE):
             save_scene(replace(found.evidence.scene, look=None), part)

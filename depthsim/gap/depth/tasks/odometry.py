@@ -93,6 +93,11 @@ class Odometry:
             self._runs.append([*recording, *runs])
             self._workers.measure(self._runs[-1], processes)
 
+    def hasten(self, processes: int) -> None:
+        """Go on with more processes, as nothing else is to be done."""
+        with self._is_said():
+            self._workers.measure((), processes)
+
     def tasks(self) -> tuple[Task, ...]:
         """The figures of the recording and of one or two sensors, before and after; of one, after is as before.
 
@@ -196,7 +201,7 @@ class _Workers:
         for run in runs:
             self._given[run] = Future()
             self._waiting.put(run)
-        for number in range(len(self._workers), min(processes, len(runs))):
+        for number in range(len(self._workers), min(processes, len(self._workers) + self._waiting.qsize())):
             worker = subprocess.Popen(
                 [sys.executable, "-m", "depthsim.odometry.worker", self._systems, str(number)],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
