@@ -161,11 +161,12 @@ def _write_runs(evidence: Evidence, effects: Sequence[Effect], way: Trajectory, 
     none = np.empty(0, np.float32)
 
     def make(index: int) -> list[NDArray[np.uint16]]:
-        pose, stamp = run.poses[index], float(run.stamps[index])
-        frame = CleanFrame(
-            index, stamp, pose, camera, np.empty(0, np.intp), cast_clean(evidence.caster, camera, pose, stamp),
-            none, none, np.empty((0, 0), np.uint16),
-        )  # fmt: skip
+        pose, stamp, frame = run.poses[index], float(run.stamps[index]), evidence.frames.get(index)
+        if frame is None or frame.camera != camera:  # of large frames bands of rows are known
+            frame = CleanFrame(
+                index, stamp, pose, camera, np.empty(0, np.intp), cast_clean(evidence.caster, camera, pose, stamp),
+                none, none, np.empty((0, 0), np.uint16),
+            )  # fmt: skip
         return [replay.measure(ordered, frame, Seed("odometry", n)) for n in range(RUNS)]
 
     return _write(evidence, way, [name.with_name(f"{name.name}_{n}") for n in range(RUNS)], make)
