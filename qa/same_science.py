@@ -10,6 +10,7 @@ equal, figures to 1e-9, and every picture of a run must have the same bytes. It 
 import hashlib
 import json
 import math
+import os
 import subprocess
 import sys
 import tempfile
@@ -50,9 +51,10 @@ DEPTH = {
 
 
 def depthsim(*words: object) -> None:
-    """Run a command of this checkout."""
+    """Run a command of this checkout, which need not be the one that is installed."""
     subprocess.run(
         [sys.executable, "-m", "depthsim", *map(str, words)],
+        env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
         check=True,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
@@ -144,8 +146,6 @@ def main() -> int:
         sys.exit("depth needs bytes, which makes the runs")
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
-        import os
-
         os.chdir(work)
         every = {key: value for name in parts for key, value in makers[name](work).items()}
         found = json.loads(json.dumps(every).replace(str(work), "WORK"))

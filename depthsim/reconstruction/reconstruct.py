@@ -142,8 +142,12 @@ def fuse(
     faces = np.empty((0, 3), np.uint32)
     if not empty:
         # Each view adds one to a voxel's weight, and Open3D keeps what is above the threshold, not what is at it.
-        mesh = grid.extract_triangle_mesh(weight_threshold=least_views - 0.5)
-        faces = mesh.triangle.indices.numpy().astype(np.uint32) if len(mesh.vertex) else faces
+        try:
+            mesh = grid.extract_triangle_mesh(weight_threshold=least_views - 0.5)
+            faces = mesh.triangle.indices.numpy().astype(np.uint32) if len(mesh.vertex) else faces
+        except RuntimeError as error:
+            if "SetVertexColors" not in str(error):  # what it says of a mesh without vertices, if it has no colours
+                raise
     if not len(faces):
         problem = f"has no surface nearer than {depth_max:g} m that {least_views} frames have seen"
         raise InputError(run.path, "", problem, "give more frames, better poses, or a larger `depth_max`")
