@@ -207,8 +207,8 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     named = bool(selection.model.parts) or is_cause
     length = waves_beside(validator, selection.model.build(evidence.base))
     waves = f"the recording's errors come in waves of {length:.3g} px, and no simulated ones" if length else ""
-    said = poses.note(is_cause) if poses else no_poses(errors)
-    remarks = (*filter(None, (said, waves)), *_blind(evidence, without))
+    said = poses.note(is_cause) if poses else "" if named else no_poses(errors)
+    remarks = (*filter(None, (said, waves)), *_blind(evidence, (*without, *(c.effect for c in selection.model.parts))))
     if not named and not before.stands_out(config.significance) and poses is not None:
         return _no_gap(recorded, profile, before, *remarks)
     if not named and before.above < config.significance.faint * before.floor:

@@ -67,14 +67,20 @@ def holes_are_in_lines(validator: Validator, effect: type[Effect], after: Effect
 
 
 def brings_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
-    """Whether a filter makes neighbours go together that do not in the recording, for the spread that it takes away."""
+    """Whether a filter makes neighbours go together that do not in the recording, for the spread that it takes away.
+
+    Or as much as they did without it: a filter that hardly filters, for what a noise leaves by its formula.
+    """
     known = effect.axes[0] if effect.axes else ""
     if effect.kinds[0] != "correlation" or known not in neighbours.HISTOGRAMS:
         return None
-    most = validator.evidence.config.agreement.brought_together
-    if neighbours.brought(validator, known, before, after) <= most:
-        return None
-    return f"makes errors go together along {known.replace('_', ' ')}, where the recording's do not"
+    limit, brought = validator.evidence.config.agreement, neighbours.brought(validator, known, before, after)
+    along = known.replace("_", " ")
+    if brought > limit.brought_together:
+        return f"makes errors go together along {along}, where the recording's do not"
+    if "spread" in effect.kinds and brought > -limit.brought_nearer:
+        return f"takes spread away, and makes errors go together along {along} no better than they did"
+    return None
 
 
 def comes_in_waves(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
