@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -10,15 +12,17 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from depthsim.gap import Diagnosis, diagnose
+from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data import histograms
-from depthsim.gap.depth.fit import neighbours
+from depthsim.gap.depth.fit import marks, neighbours
+from depthsim.gap.depth.fit.validate import Validator
 from depthsim.presets import preset
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
 from depthsim.runs.png import encode_png
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.sensor.effect import effect_ids
+from depthsim.sensor.effect import effect_class, effect_ids
 from depthsim.trajectory import Trajectory, load_trajectory
 
 Change = Callable[[list[NDArray[np.uint16]]], list[NDArray[np.uint16]]]
@@ -96,3 +100,53 @@ def test_what_two_ray_casters_differ_by_is_no_gap(tmp_path: Path) -> None:
 
     found = diagnosed(recorded(tmp_path / "run", change, "clean"), "clean", "heavy_tails")
     assert found.verdict == "no_gap", found.gap
+
+
+@pytest.mark.parametrize(
+    ("effect", "brought", "why"),
+    [
+        ("spatial_filter", -0.1, None),
+        ("spatial_filter", 0.0, "no better"),  # such as one that hardly filters, for what a noise leaves
+        ("spatial_filter", 0.1, "where the recording's do not"),
+        ("spatial_correlation", 0.0, None),  # of errors in steps nobody sees how they go together
+        ("spatial_correlation", 0.1, "where the recording's do not"),
+        ("motion_noise", 0.1, None),
+    ],
+)
+def test_a_filter_brings_neighbours_nearer(
+    monkeypatch: pytest.MonkeyPatch, effect: str, brought: float, why: str | None
+) -> None:
+    monkeypatch.setattr(neighbours, "brought", lambda *_: brought)
+    validator = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig())))
+    said = marks.brings_together(validator, effect_class(effect), (), ())
+    assert said is None if why is None else why in str(said)
+
+
+def test_stripes_that_move_are_no_noise(tmp_path: Path) -> None:
+    """Such as a second projector's: as large as a noise of the disparity, and of any sign in any pixel over time."""
+
+    def change(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
+        phase = [2 * np.pi * (np.arange(106) / 11 + 0.37 * index) for index in range(len(pictures))]
+        off = (
+            0.2 * np.sin(at) * picture.astype(float) ** 2 / 3300 for at, picture in zip(phase, pictures, strict=True)
+        )
+        return [
+            np.where(one > 0, np.maximum(one + more, 1), 0).astype(np.uint16)
+            for one, more in zip(pictures, off, strict=True)
+        ]
+
+    found = diagnosed(recorded(tmp_path / "run", change), "paper", "disparity_noise", "spatial_correlation")
+    assert found.verdict == "unexplained" and not found.causes
+    assert any("waves of" in note for note in found.notes), found.notes
+
+
+def test_a_strong_drift_by_another_law_is_found(tmp_path: Path) -> None:
+    """Far from where its fit begins, beside effects that begin nearer."""
+
+    def change(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
+        drift = -0.05 * np.linspace(0, 1, FRAMES) ** 0.8
+        return [(picture * (1 + off)).astype(np.uint16) for picture, off in zip(pictures, drift, strict=True)]
+
+    run = recorded(tmp_path / "run", change)
+    found = diagnosed(run, "paper", "thermal_drift", "lens_distortion", "disparity_noise")
+    assert [cause.effect for cause in found.causes] == ["thermal_drift"]

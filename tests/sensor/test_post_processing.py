@@ -389,3 +389,10 @@ def test_a_recording_that_no_decimation_leaves_is_not_tried_with_it(size: tuple[
     found = {candidate.effect for candidate in candidates([], setting)}
     assert ("decimation" in found) is may and {"temporal_filter", "hole_filling"} <= found
     assert "threshold_filter" not in found
+
+
+@pytest.mark.parametrize(("size", "most"), [((320, 180), 4), ((424, 240), 3), ((640, 360), 2), (None, 8)])
+def test_fits_make_no_larger_pictures_than_a_camera_has(size: tuple[int, int] | None, most: int) -> None:
+    setting = Setting((), np.linspace(1, 4, 12), 1.0, MATERIALS, size=size)
+    (decimation,) = [c for c in candidates((), setting) if c.effect == "decimation"]
+    assert [(free.key, free.low, free.high) for free in decimation.free] == [("factor", 1, most)]
