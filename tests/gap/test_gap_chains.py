@@ -209,3 +209,15 @@ def test_effects_of_other_kinds_of_error_are_no_rivals(
     search.acts = lambda of: acts or of.parts[-1].effect == "incidence_dropout"  # type: ignore[attr-defined]
     begun = chain(0.3, "spatial_filter")
     assert grow._closes_enough(cast("Search", search), begun, trials[0], trials) == enough
+
+
+def test_beside_what_is_taken_for_the_moment_the_others_are_asked_once_more() -> None:
+    """Holes at a slant were refused twice for holes far away, by themselves and beside a noise."""
+    begun = chain(1.0)
+    for _ in range(begun.config.asked):
+        begun.refuse("incidence_dropout", 0.4, "leaves 53% of how holes change along incidence")
+    assert begun.is_out("incidence_dropout")
+    begun.trust("max_range")
+    assert not begun.is_out("incidence_dropout") and begun.trusted == ["max_range"]
+    begun.refuse("incidence_dropout", 0.4, "leaves 53% of how holes change along incidence")
+    assert begun.is_out("incidence_dropout")

@@ -38,6 +38,12 @@ class Chain:
         self.asked[effect] += 1
         self.refused.refuse(effect, closed, why)
 
+    def trust(self, effect: str) -> None:
+        """Take an effect for the moment. Beside it the others are asked once more: it may have been what they left."""
+        self.trusted.append(effect)
+        for name in self.asked:
+            self.asked[name] -= 1
+
     def is_out(self, effect: str) -> bool:
         """Whether an effect was asked often enough: beside other causes, too, it does not act where the gap lies."""
         return effect in self.dropped or self.asked[effect] >= self.config.asked

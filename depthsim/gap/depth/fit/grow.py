@@ -30,7 +30,7 @@ def grow(search: Search, chain: Chain) -> None:
             itself = next((trial for trial in leaders if not search.stands_for_another(trial.model)), None)
             if itself and _closes_enough(search, chain, itself, leaders):
                 selected = itself
-                chain.trusted.append(itself.newest.effect)
+                chain.trust(itself.newest.effect)
         if chain.model is None:
             selected = cancelling(search, chain, selected) or selected
         if selected is None:
