@@ -133,11 +133,12 @@ def test_where_the_frames_do_not_agree_nothing_is_named(monkeypatch: pytest.Monk
     ("beside", "closes", "stays"),
     [("lens_distortion", 0.05, False), ("lens_distortion", 0.2, True), ("temporal_correlation", 0.05, True)],
 )
+@pytest.mark.parametrize("noise", ["disparity_noise", "material_noise"])
 def test_a_little_noise_everywhere_beside_a_bias_is_what_its_formula_leaves(
-    monkeypatch: pytest.MonkeyPatch, beside: str, closes: float, stays: bool
+    monkeypatch: pytest.MonkeyPatch, noise: str, beside: str, closes: float, stays: bool
 ) -> None:
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
-    left = {"disparity_noise": closes, "incidence_noise": 0.01, beside: 0.5}
+    left = {noise: closes, "incidence_noise": 0.01, beside: 0.5}
     selecting = SimpleNamespace(
         evidence=VALIDATOR.evidence,
         score=lambda base: SCORE,

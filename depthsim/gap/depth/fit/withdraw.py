@@ -86,14 +86,14 @@ def _as_left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selec
 
 
 def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
-    """Without a little noise everywhere beside a bias, which is how what a bias of another formula leaves looks.
+    """Without a little noise everywhere, or of materials, beside a bias, which is how what a bias of another formula leaves looks.
 
     While causes are looked for it stays: what took its place would be further from the truth.
     """
     causes = [effect_class(part.effect) for part in selection.model.parts]
     most = selecting.evidence.config.select.further * selecting.score(selecting.evidence.base).above
     for number, cause in reversed([*enumerate(causes)]):
-        everywhere = (cause.kinds[0], cause.axes[:1]) == ("spread", ("range",))
+        everywhere = cause.kinds[0] == "spread" and cause.axes[:1] in (("range",), ("material",))
         if (
             everywhere
             and any(one.kinds[0] == "bias" for one in causes)
