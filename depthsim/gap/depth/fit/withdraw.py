@@ -86,7 +86,7 @@ def _as_left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selec
 
 
 def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
-    """Without a little noise everywhere, or of materials, beside a bias, which is how what a bias of another formula leaves looks.
+    """Without a little noise, everywhere or by materials, beside a bias: so looks what another formula's bias leaves.
 
     While causes are looked for it stays: what took its place would be further from the truth.
     """
