@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from depthsim.gap import Diagnosis, diagnose
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data import histograms
+from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit import marks, neighbours
 from depthsim.gap.depth.fit.validate import Validator
+from depthsim.materials import load_materials
 from depthsim.presets import preset
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
@@ -90,6 +92,31 @@ def test_the_mean_of_three_frames_is_no_filter_of_the_picture(tmp_path: Path) ->
     run = recorded(tmp_path / "run", change, "d415", still=True)
     found = diagnosed(run, "d415", "spatial_filter")
     assert "spatial_filter" not in [cause.effect for cause in found.causes]
+
+
+def test_even_and_odd_columns_are_told_from_noise(tmp_path: Path) -> None:
+    """They are off to opposite sides, as errors that go together or are each by itself are not."""
+
+    def change(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
+        side = np.where(np.arange(106) % 2, 20, -20)
+        return [np.where(picture > 0, picture + side, 0).astype(np.uint16) for picture in pictures]
+
+    def with_tails(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
+        rng = np.random.default_rng(0)
+        off = [rng.laplace(size=picture.shape) * 40 * (rng.random((1, 106)) < 0.5) for picture in pictures]
+        return [
+            np.where(one > 0, np.maximum(one + more, 1), 0).astype(np.uint16)
+            for one, more in zip(pictures, off, strict=True)
+        ]
+
+    def length(name: str, how: Change) -> float | None:
+        profile = load_profile("paper").effects
+        run = Run.open(recorded(tmp_path / name, how))
+        evidence = Evidence(run, load_scene("office"), load_materials(), profile, 1)
+        return marks.waves_beside(Validator(evidence, evidence.test), profile)
+
+    assert length("columns", change) == pytest.approx(2, abs=0.1)
+    assert length("noise", lambda pictures: pictures) is None and length("tails", with_tails) is None
 
 
 def test_what_two_ray_casters_differ_by_is_no_gap(tmp_path: Path) -> None:

@@ -140,6 +140,12 @@ def test_pictures_that_freeze_are_told_from_poses_that_are_off(room: Room, walk:
     frozen = replace(run, files=tuple(run.files[index] for index in held))
     errors = room.register(frozen).errors
     assert not errors.is_none and errors.are_of_time and errors.repeated > 0.3
+    first = {
+        name: np.repeat(getattr(run.trajectory, name)[:1], FRAMES, axis=0) for name in ("positions", "quaternions")
+    }
+    rest = replace(run.trajectory, **first)
+    at_rest = replace(run, files=tuple(run.files[:1] * FRAMES), trajectory=rest, truth=rest)
+    assert room.register(at_rest).errors.repeated == 0  # a camera that stands still and has no noise
     assert room.register(walk).errors.repeated == 0
 
 

@@ -33,7 +33,7 @@ class PoseErrors:
     the random motions' squares that lies along each frame's own velocity; of random ones that is about a sixth.
     of_disparity: what an offset and a scale of each frame's disparities explain, over what its motion does, both found
     on one half of the pixels for the other. Of a motion that is at most about 1.
-    repeated: the share of successive frames whose pictures are the same, pixel for pixel.
+    repeated: of successive frames at two poses, the share whose pictures are the same, pixel for pixel.
     of_frame: the standard errors of one frame's own turn [rad] about an axis and shift [m] along one, root mean square.
     """
 

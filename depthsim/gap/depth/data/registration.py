@@ -163,10 +163,10 @@ class _Work(MixedModel):
         return float(along.sum() / whole) if whole > 0 else 0.0
 
     def _repeated(self) -> float:
-        """See :class:`PoseErrors`."""
+        """See :class:`PoseErrors`: a camera at rest without noise has the same picture, too."""
         same: list[bool] = []
         for (one, before), (other, after) in pairwise((index, self.run.depth_raw(index)) for index in self.frames):
-            if other == one + 1:
+            if other == one + 1 and not np.array_equal(self.run.poses[one], self.run.poses[other]):
                 same.append(np.array_equal(before, after))
         return float(np.mean(same)) if same else 0.0
 

@@ -52,9 +52,8 @@ class Replay:
         camera = frame.camera
         effects, pipeline = self._sensor(effects, camera)
         scratch = Scratch.of_thread(self._own)
-        keeps = (
-            seed == FITTING and pipeline.camera.width <= 2 * camera.width
-        )  # of what is decimated more they are too many
+        # Those of a picture that is decimated more are too many to keep.
+        keeps = seed == FITTING and pipeline.camera.width <= 2 * camera.width
         fields = self._fields.setdefault(frame.index, {}) if keeps else None
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch, fields)
         past = self._past_of(effects, pipeline) if any(effect.looks_back for effect in effects) else None

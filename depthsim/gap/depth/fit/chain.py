@@ -15,8 +15,8 @@ from depthsim.gap.selection import Refused
 @dataclass
 class Chain:
     """Causes found one after the other. looked, before: the leaders of each step, and the gap before it; refused: by
-    effect, what it closed and why it is none; asked: how often it was refused; dropped: effects that were causes until
-    all of them were there; trusted: those that were taken for the moment.
+    effect, what it closed and why it is none; asked: how often it was refused, less one for each that was trusted
+    since; dropped: effects that were causes until all of them were there; trusted: those taken for the moment.
 
     ties: the equals of each cause; gap, score: with all of them, on the frames held out. config: of the selection.
     """

@@ -130,12 +130,12 @@ def _step(validator: Validator, effects: Effects) -> float | None:
 
 
 def _lines_recorded(validator: Validator) -> float:
-    evidence, seen = validator.evidence, _surfaces(validator)
+    evidence, seen = validator.evidence, validator.once(_surfaces)
     return holes_in_lines((evidence.recorded(i), surface) for i, surface in seen.items())
 
 
 def _lines_simulated(validator: Validator, effects: Effects) -> float:
-    evidence, seen = validator.evidence, _surfaces(validator)
+    evidence, seen = validator.evidence, validator.once(_surfaces)
     shown = (evidence.pictures(effects, b, Seed("lines")) for b in validator.few)
     return holes_in_lines(zip((picture for pictures in shown for picture in pictures), seen.values(), strict=True))
 
@@ -150,7 +150,7 @@ def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
 
 
 def _wave_recorded(validator: Validator) -> tuple[float, float]:
-    return _wave_of(validator, (validator.evidence.recorded(i) for i in _surfaces(validator)))
+    return _wave_of(validator, (validator.evidence.recorded(i) for i in validator.once(_surfaces)))
 
 
 def _wave_simulated(validator: Validator, effects: Effects) -> tuple[float, float]:
@@ -161,6 +161,6 @@ def _wave_simulated(validator: Validator, effects: Effects) -> tuple[float, floa
 def _wave_of(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> tuple[float, float]:
     """The strongest wave of errors, by the side of the scene to which pixels are off."""
     frames, unit = validator.evidence.frames, validator.evidence.camera.depth_scale
-    seen = zip(_surfaces(validator).items(), pictures, strict=True)
+    seen = zip(validator.once(_surfaces).items(), pictures, strict=True)
     off = ((surface & (units > 0), units * unit - frames[i].geometry.depth) for (i, surface), units in seen)
     return strongest_wave(np.where(is_known, np.sign(error), 0).astype(np.int8) for is_known, error in off)
