@@ -175,13 +175,19 @@ def _squares(x: Floats, y: Floats, weight: Floats) -> tuple[Floats, Floats]:
 
 def _scaled(a: Floats, b: Floats) -> Floats:
     """(4 + bins, cells) how histograms (cells, bins) differ: in bias, spread, holes and tails, such that the square is
-    the divergence in bits where it is small, and in the roots of all shares."""
+    the divergence in bits where it is small, and in the roots of all shares.
+
+    Of pixels with depth only the share that has some: the median of three in a shadow says nothing of the others.
+    """
     one, other = moments(a), moments(b)
     bias = (one.middle - other.middle) / np.sqrt(one.spread**2 + other.spread**2)
     spread = np.log(one.spread / other.spread)
-    shares = [(one.holes, other.holes), tails(a, b, one, other)]
-    apart = [2 * (np.arcsin(np.sqrt(x)) - np.arcsin(np.sqrt(y))) / np.sqrt(2) for x, y in shares]
-    kinds = np.stack([bias, spread, *apart]) / np.sqrt(4 * np.log(2))
+    holes, far = (
+        2 * (np.arcsin(np.sqrt(x)) - np.arcsin(np.sqrt(y))) / np.sqrt(2)
+        for x, y in ((one.holes, other.holes), tails(a, b, one, other))
+    )
+    seen = np.sqrt(1 - np.maximum(one.holes, other.holes))
+    kinds = np.stack([seen * bias, seen * spread, holes, seen * far]) / np.sqrt(4 * np.log(2))
     roots = [np.sqrt(x / x.sum(axis=1, keepdims=True)) for x in (a, b)]
     return np.concatenate([kinds, (roots[0] - roots[1]).T])
 
