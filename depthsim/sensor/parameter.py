@@ -28,7 +28,8 @@ class Setting:
     learned: by effect, its parameters with the :func:`learned` tables as the recording has them, in one form or more.
     size: width and height of the pictures that the left imager gave [px].
     doubled: zoom and roll [deg] of a picture whose rows are doubled by a resampling, see
-    :func:`~depthsim.gap.depth.data.doubling.find_doubling`.
+    :func:`~depthsim.gap.depth.data.doubling.find_doubling`. undoubled: whether the pictures are whole, and have no such
+    rows. zoom: focal length of the camera's colour pictures over that of its depth, if it says where they are.
     turn: [deg] by which registration finds the camera turned against its poses, about its x, y and z; late: [s] by
     which the stamps are found early. None where it does not know.
     """
@@ -43,6 +44,8 @@ class Setting:
     learned: Mapping[str, Sequence[Mapping[str, Any]]] = dataclasses.field(default_factory=dict)
     size: tuple[int, int] | None = None
     doubled: tuple[float, float] | None = None
+    undoubled: bool = False
+    zoom: float | None = None
     turn: tuple[float, float, float] | None = None
     late: float | None = None
 

@@ -23,6 +23,8 @@ _SURE = 0.7
 """Over the root of the pixels: as well doubled rows show a zoom, relative. 0.005 where a picture has 160x120."""
 _SMALL = 160, 120
 """Pictures of which nobody knows the size are as small as this."""
+_FINEST_UNSEEN = 1.1
+"""A zoom from which on doubled rows are seen, at 240x136, 424x240 and 848x480 alike."""
 _ZERO, _ONE, _HALF, _MOST = _f(0), _f(1), _f(0.5), _f(np.inf)
 
 
@@ -150,6 +152,11 @@ class AlignToColor(Effect):
     )  # fmt: skip
 
     @classmethod
+    def possible(cls, setting: Setting) -> bool:
+        """Not where rows would be doubled, and none are."""
+        return not setting.undoubled or setting.zoom is None or setting.zoom < _FINEST_UNSEEN
+
+    @classmethod
     def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
         """With the roll that the lines of doubled rows show, where there are any."""
         return cls.forms if setting.doubled is None else [{"roll": round(setting.doubled[1], 3)}]
@@ -163,7 +170,7 @@ class AlignToColor(Effect):
     def bounds_in(cls, setting: Setting) -> Mapping[str, tuple[float, float]]:
         """The zoom near that by which rows are doubled: a fit would take another one to move what is in the picture."""
         if setting.doubled is None:
-            return {}
+            return {"zoom": (0, _FINEST_UNSEEN)} if setting.undoubled else {}
         zoom, off = setting.doubled[0], _SURE / np.sqrt(np.prod(setting.size or _SMALL))
         return {"zoom": (zoom * (1 - off), zoom * (1 + off))}
 

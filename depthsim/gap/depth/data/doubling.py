@@ -18,6 +18,8 @@ from depthsim.gap.config import DepthData
 
 _WINDOW, _PADDED = 96, 512
 """[px] Parts of the picture, of which none has another zoom than the next by much; their transforms' size."""
+SMALLEST = _WINDOW
+"""[px] Pictures must be larger than that to show doubled rows."""
 _SLOWEST, _SLANT = 0.05, 0.25
 """[cycles/px] What repeats itself more slowly is the scene's; and how much along rows of what is down columns."""
 _OVERTONE = 0.4

@@ -19,7 +19,7 @@ from depthsim.gap.depth.data.axes import make_axes
 from depthsim.gap.depth.data.axis import Axis, frame_cells, layout
 from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
-from depthsim.gap.depth.data.doubling import find_doubling
+from depthsim.gap.depth.data.doubling import SMALLEST, find_doubling
 from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, deal_blocks, inner_rows, select_frames, select_rows
 from depthsim.gap.depth.data.histograms import ERROR
 from depthsim.gap.depth.data.noise_scale import spread_of
@@ -191,10 +191,15 @@ class Evidence:
         poses = self.run.poses
         return len(poses) > 1 and bool(np.abs(poses - poses[0]).max() < 1e-6)
 
+    @property
+    def shows_doubling(self) -> bool:
+        """Whether doubled rows would be seen: the pictures are whole, and do not say that they are resampled."""
+        return not self.camera.aligned and self.rows == self.camera.height and min(self.camera.shape) > SMALLEST
+
     @cached_property
     def doubled(self) -> tuple[float, float] | None:
         """Zoom and roll [deg] of the resampling that doubled rows of the pictures, if they do not say so themselves."""
-        if self.camera.aligned or self.rows < self.camera.height:
+        if not self.shows_doubling:
             return None
         some = self.train[:: max(1, len(self.train) // 8)]
         return find_doubling((self.recorded(int(i)) for b in some for i in self.blocks[b]), self.config.data)

@@ -26,11 +26,13 @@ def setting_of(
     tags = tuple(t for i, t in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[i] >= 0)
     quantiles = np.quantile(evidence.depths, Setting.SHARES).astype(float)
     stamps = [frame.stamp for frame in evidence.frames.values()]
-    span, left = max(stamps) - min(stamps), evidence.camera.left
+    span, camera = max(stamps) - min(stamps), evidence.camera
+    left, doubled = camera.left, evidence.doubled
     off = (errors.turn, errors.late if abs(errors.late) < span else None) if errors else (None, None)
     return Setting(
         tags, quantiles, span, evidence.materials, evidence.cuts.own_steps, learned or {},
-        size=(left.width, left.height), doubled=evidence.doubled, turn=off[0], late=off[1],
+        size=(left.width, left.height), doubled=doubled, undoubled=doubled is None and evidence.shows_doubling,
+        zoom=camera.color.fy / left.fy if camera.color is not None else None, turn=off[0], late=off[1],
     )  # fmt: skip
 
 
@@ -215,7 +217,7 @@ def _begin(one: Parameter, free: Free, setting: Setting) -> tuple[float, ...]:
     """Where to begin with one parameter."""
     known = _of_material(free.key, {}, setting) if isinstance(free.key, tuple) else None
     starts = one.begin(setting) if known is None else [known]
-    return tuple(float(np.clip(value, free.low, free.high)) for value in starts)
+    return tuple(dict.fromkeys(float(np.clip(value, free.low, free.high)) for value in starts))
 
 
 def _product(grids: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:
