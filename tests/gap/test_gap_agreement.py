@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from depthsim.gap import diagnose
 from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth.data.histograms import ERROR_HOLE
 from depthsim.gap.depth.fit import rules
 from depthsim.gap.depth.fit.asked import Asked
-from depthsim.gap.depth.fit.changes import KINDS, Changes, less_others
+from depthsim.gap.depth.fit.changes import KINDS, Changes, _scaled, less_others
 from depthsim.gap.depth.fit.search import worth_a_look
 from depthsim.gap.depth.where.differences import holes_together, moments, tails
 from depthsim.presets import preset
@@ -329,3 +330,19 @@ def test_holes_that_go_together_are_told_from_more_of_them(share: float, togethe
     assert bits[1] >= bits[0] - 1e-6
     assert bits[2] >= bits[1] - 1e-6
     assert max(together) < 0.5 or bits[2] > 0.05 * share
+
+
+def test_of_a_shadow_a_few_pixels_say_little() -> None:
+    """The median of three among four hundred holes is far off, and that of none is 0; of a cell without holes it
+    counts in full."""
+    holes = np.zeros((1, 35))
+    holes[0, ERROR_HOLE] = 400
+    few = holes.copy()
+    few[0, 3:6] = 1  # far nearer than they should be
+    bias, spread, _, _ = _scaled(few, holes)[:4, 0]
+    assert bias == spread == 0
+    seen, off = np.zeros((2, 1, 35))
+    seen[0, 15:17], off[0, 10:12] = 200, 200
+    whole = _scaled(off, seen)[0, 0]
+    part = _scaled(off + 3 * holes, seen + 3 * holes)[0, 0]  # three of four pixels have no depth
+    assert part == pytest.approx(whole / 2) and abs(whole) > 0.5

@@ -46,6 +46,16 @@ def test_disparity_is_shifted(offset: float) -> None:
     assert np.abs(measured - true - offset).max() < 1e-5
 
 
+def test_an_imager_that_is_turned_shifts_the_sides_more() -> None:
+    """Against rays of a camera that is turned about y, whose disparity is reckoned as if it were not."""
+    turn = np.radians(0.02)
+    true, measured = disparities(DisparityOffset(offset=CAMERA.fx * turn, border=1.0))
+    x = (np.arange(CAMERA.width) - CAMERA.cx) / CAMERA.fx
+    moved = CAMERA.fx * (np.tan(np.arctan(x) + turn) - x)
+    assert np.ptp(moved) > 0.2 * moved.min()
+    assert np.abs(measured - true - moved).max() < 1e-3 * moved.max()
+
+
 def test_what_is_shifted_beyond_infinity_has_no_depth() -> None:
     measured = measure(DisparityOffset(offset=-2.0))
     true = FB / measured.clean.depth.astype(np.float64)

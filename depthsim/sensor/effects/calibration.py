@@ -19,12 +19,12 @@ def _scale(start, stop, factor, disparity):
 
 
 @kernel
-def _shift(start, stop, offset, disparity):
+def _shift(start, stop, offset, border, cx, fx, width, disparity):
     """What is shifted to 0 or beyond has no depth."""
-    d = disparity[start:stop]
-    for i in range(d.size):
-        shifted = max(d[i] + offset, _f(0))
-        d[i] = shifted if d[i] > _f(0) else _f(0)
+    for i in range(start, stop):
+        x = (_f(i % width) - cx) / fx
+        shifted = max(disparity[i] + offset * (_f(1) + border * x * x), _f(0))
+        disparity[i] = shifted if disparity[i] > _f(0) else _f(0)
 
 
 def _scale_depth(frame: Frame, scale: float) -> None:
@@ -97,16 +97,20 @@ class ThermalDrift(Effect):
 
 
 class DisparityOffset(Effect):
-    """A constant is added to every disparity: the imagers are turned against each other about y."""
+    """A constant is added to every disparity: one imager's picture is shifted, or the imager turned about y.
+
+    By a turn, to the first order, ``offset`` · (1 + x²) at x times the focal length beside the middle.
+    """
 
     id: ClassVar[str] = "disparity_offset"
     stage: ClassVar[Stage] = Stage.DISPARITY
     rank: ClassVar[int] = 1
-    source: ClassVar[str] = "Z = f·b / (d + offset)"
+    source: ClassVar[str] = "Z = f·b / (d + offset); f·tan(atan(x) + turn) - f·x = f·turn·(1 + x²)"
     axes = ("range",)
     kinds = ("bias",)
     recording = "one flat target at several known ranges, from near to far"
     exact = True
+    forms = ({"border": 0.0}, {"border": 1.0})
 
     offset: float = parameter(
         0.1,
@@ -118,7 +122,17 @@ class DisparityOffset(Effect):
         source="assumed; what on-chip calibration finds moves with temperature (librealsense issue 13787)",
         starts=(0.0, -0.3, 0.3),
     )
+    border: float = parameter(
+        0.0,
+        low=0,
+        high=1,
+        unit="1",
+        about="how the offset grows towards the sides: 0 of a picture that is shifted, 1 of an imager that is turned",
+        source="geometry",
+    )
 
     def apply(self, frame: Frame) -> None:
         """Shift every disparity."""
-        frame.run(_shift, _f(self.offset), frame.disparity.reshape(-1))
+        camera, disparity = frame.camera, frame.disparity
+        middle = _f(camera.cx), _f(camera.fx), np.int64(camera.width)
+        frame.run(_shift, _f(self.offset), _f(self.border), *middle, disparity.reshape(-1))

@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.fitting import Trial
@@ -55,11 +56,11 @@ def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | Non
         along = {name for _, names in first_axes(search.validator, search.base) for name in names}
         acts = along & set(effect_class(alone.newest.effect).axes)
         least = chain.gap - alone.gap + (limit.near if acts else limit.tied) * whole
-    biases = {}
+    biases: dict[str, Candidate] = {}
     for candidate in search.bank if least < whole else ():
         effect = effect_class(candidate.effect)
         if effect.kinds == ("bias",) and effect.axes == ("range",) and not chain.is_out(effect.id):
-            biases[effect.id] = candidate
+            biases.setdefault(effect.id, candidate)
     for first, second in combinations(biases.values(), 2):
         begun = search.begin(first, search.base)
         both = search.validated(search.fit(begun.plus(search.begin(second, begun.build(search.base))), 4))

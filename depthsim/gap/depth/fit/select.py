@@ -61,7 +61,8 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
 
 
 def select_more(validator: Validator, bank: Sequence[Candidate], found: Selection, say: Say) -> Selection | None:
-    """Causes besides those of a selection from elsewhere, less filters that do not show; None where nothing is left.
+    """Causes besides those of a selection from elsewhere, less noise and filters that do not show; None where nothing
+    is left.
 
     validator: see :meth:`Evidence.centred`. Further biases are none, nor noise beside a noise or where a bias is left:
     so near to a large one, they are what its formula leaves.
@@ -81,8 +82,8 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
     strict = search.config.select.model_copy(update={"further": search.config.select.further_of_left})
     search.config = search.config.model_copy(update={"select": strict})
     chain = _chain(search, left, Chain(strict, left, left.gap, model))
-    # How errors go together is seen better here than beside the biases, whatever was named for it there.
-    dropped = {name for name in chain.dropped if effect_class(name).kinds[0] == "correlation"}
+    # Noise and how it goes together are seen better here than beside the biases, whatever was named for them there.
+    dropped = {name for name in chain.dropped if effect_class(name).kinds[0] in ("correlation", "spread")}
     already = {part.effect for part in model.parts}
     if chain.model is None or not set(chain.named) >= already - dropped or set(chain.named) == already:
         return found
