@@ -36,6 +36,7 @@ def cut(axis: str, what: Any) -> Cut:
         (["fill_rate"], [("time", "missing")], 0.97, 0.05, True),
         (["fill_rate"], [("time", "missing")], 0.9, 0.05, False),
         (["fill_rate", "motion_noise"], [("time", "missing")], 0.9, 1.0, True),
+        (["fill_rate", "max_range", "motion_noise"], [("time", "missing")], 0.9, 1.0, False),  # noise makes no holes
         (["ambient_light"], [("surface", "spread"), ("image_column", "spread")], 0.9, 1.0, True),  # known by surfaces
         (["motion_noise"], [("surface", "spread"), ("image_column", "spread")], 0.9, 1.0, False),
         (["motion_noise"], [("surface", "spread"), ("motion", "spread")], 0.9, 1.0, True),

@@ -70,7 +70,7 @@ class Decimation(Effect):
         neutral=1,
         about="side of the blocks",
         source="librealsense's default",
-        starts=(2,),
+        starts=(2, 3, 4),
     )
 
     def stored(self, camera: Camera) -> Camera:

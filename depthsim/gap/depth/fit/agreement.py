@@ -109,7 +109,7 @@ def disagreement(
     asked = _asked(validator, effect, before, after)
     why = _of_gap(replace(asked, alone=alone, flexible=flexible, closes_well=well))
     if why is None and alone:
-        why = marks.comes_in_waves(validator, effect, after)
+        why = marks.comes_in_waves(validator, effect, after) or marks.stays_at_pixels(validator, effect, after)
     is_first = tuple(before) == validator.evidence.base
     if why and is_first and not validator.score(after).stands_out(validator.config):  # nothing is left to disagree on
         return None

@@ -42,16 +42,20 @@ def confirmed(search: Search, refuse: Callable[[str, float, str], None], model: 
 def _in_its_place(search: Search, model: Model, worst: int) -> Model | None:
     """The model with an effect in the place of one that does not act where the gap lies; None where none is better.
 
-    It is known by the axis on which what the others leave of that kind of gap changes most.
+    It is known by the axis on which what the others leave of that kind of gap changes most, or acts everywhere and does
+    as well with fewer parameters.
     """
-    less, refused = model.less(worst), effect_class(model.parts[worst].effect)
+    less, part = model.less(worst), model.parts[worst]
+    refused, margin = effect_class(part.effect), search.config.select.tied * search.whole
     best, found = search.validated(model).gap, None
     for candidate in search.known_here(less, refused.kinds[0]) if less.parts else ():
         if candidate.effect == refused.id:
             continue
         begun = less.plus(search.begin(candidate, less.build(search.base)))
-        trial = search.validated(search.fit(begun, 4, search.config.fit.behind * model.loss))
-        if trial.gap < best and search.disagreement(trial.model, len(less.parts), alone=True) is None:
+        trial = search.validated(search.fit(begun, 4, search.config.fit.behind * model.loss, elsewhere=True))
+        plainer = found is None and len(candidate.free) < len(part.free)
+        near = trial.gap < best + (margin if plainer else 0)
+        if near and search.disagreement(trial.model, len(less.parts), alone=True) is None:
             best, found = trial.gap, trial.model
     if found is not None:
         search.say(f"{found.parts[-1].effect} in place of {refused.id}")

@@ -55,12 +55,18 @@ class Fitting:
         """Whether it has so many parameters that it can stand for other effects."""
         return len(candidate.free) >= self.config.select.flexible
 
-    def fit(self, model: Model, rounds: int, polished_below: float = np.inf) -> Model:
+    def fit(self, model: Model, rounds: int, polished_below: float = np.inf, elsewhere: bool = False) -> Model:
         """The model at its best parameters, on the frames for fitting; what was fitted before is not fitted again.
 
-        polished_below: a loss, above which no other minima are looked for.
+        polished_below: a loss, above which no other minima are looked for. elsewhere: whether ``model`` begins at
+        another place than before, where another minimum may be.
         """
         known, done, polished = self._fitted.get(_key(model), (model, 0, False))
+        if elsewhere and done:
+            other, was_polished = self._fit(model, rounds, polished_below)
+            if other.loss < known.loss:
+                self._fitted[_key(model)] = other, rounds, was_polished
+                return other
         if done >= rounds and (polished or known.loss >= polished_below):
             return known.in_order_of(model)
         fitted, polished = self._fit(model, rounds, polished_below)

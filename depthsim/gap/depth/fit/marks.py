@@ -1,6 +1,7 @@
-"""Marks that pictures have of some effects alone: steps, doubled rows, lines of holes, waves, neighbours alike."""
+"""Marks that pictures have of some effects alone: steps, doubled rows, lines of holes, waves, neighbours alike, and
+errors that stay at their pixels."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from depthsim.draws import Seed
 from depthsim.gap.depth.data.doubling import line_of
 from depthsim.gap.depth.data.lines import holes_in_lines
+from depthsim.gap.depth.data.locked import locked_share
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.waves import strongest_wave
 from depthsim.gap.depth.fit import neighbours
@@ -92,6 +94,16 @@ def comes_in_waves(validator: Validator, effect: type[Effect], after: Effects) -
     return None if length is None else f"makes no waves, and the recording's errors have some of {length:.3g} px"
 
 
+def stays_at_pixels(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
+    """Whether a noise, or what makes noise go together, is for errors that are locked to the pixel, as no noise is."""
+    if effect.kinds[0] not in ("spread", "correlation"):
+        return None
+    recorded, simulated = validator.once(_locked_recorded), validator.once(_locked_simulated, after)
+    if recorded <= simulated + validator.evidence.config.agreement.locked:
+        return None
+    return "makes errors anew in every frame, and the recording's stay at their pixels"
+
+
 def waves_beside(validator: Validator, effects: Effects) -> float | None:
     """The length [px] of waves of errors that the recording has and a sensor has not; None where there are none."""
     evidence = validator.evidence
@@ -150,17 +162,39 @@ def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
 
 
 def _wave_recorded(validator: Validator) -> tuple[float, float]:
-    return _wave_of(validator, (validator.evidence.recorded(i) for i in validator.once(_surfaces)))
+    return strongest_wave(_signs_recorded(validator))
 
 
 def _wave_simulated(validator: Validator, effects: Effects) -> tuple[float, float]:
+    return strongest_wave(_signs_simulated(validator, effects))
+
+
+def _locked_recorded(validator: Validator) -> float:
+    return locked_share(_far_apart(validator, _signs_recorded(validator)))
+
+
+def _locked_simulated(validator: Validator, effects: Effects) -> float:
+    return locked_share(_far_apart(validator, _signs_simulated(validator, effects)))
+
+
+def _far_apart(validator: Validator, frames: Iterable[NDArray[np.int8]]) -> list[NDArray[np.int8]]:
+    """Of the frames of :attr:`Validator.few` the first of each block."""
+    first = {int(validator.evidence.blocks[b][0]) for b in validator.few}
+    return [frame for i, frame in zip(validator.once(_surfaces), frames, strict=True) if i in first]
+
+
+def _signs_recorded(validator: Validator) -> Iterator[NDArray[np.int8]]:
+    return _signs(validator, (validator.evidence.recorded(i) for i in validator.once(_surfaces)))
+
+
+def _signs_simulated(validator: Validator, effects: Effects) -> Iterator[NDArray[np.int8]]:
     shown = (validator.evidence.pictures(effects, b, Seed("waves")) for b in validator.few)
-    return _wave_of(validator, (picture for pictures in shown for picture in pictures))
+    return _signs(validator, (picture for pictures in shown for picture in pictures))
 
 
-def _wave_of(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> tuple[float, float]:
-    """The strongest wave of errors, by the side of the scene to which pixels are off."""
+def _signs(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> Iterator[NDArray[np.int8]]:
+    """The side of the scene to which the pixels of some frames are off, 0 where that is not known."""
     frames, unit = validator.evidence.frames, validator.evidence.camera.depth_scale
-    seen = zip(validator.once(_surfaces).items(), pictures, strict=True)
-    off = ((surface & (units > 0), units * unit - frames[i].geometry.depth) for (i, surface), units in seen)
-    return strongest_wave(np.where(is_known, np.sign(error), 0).astype(np.int8) for is_known, error in off)
+    for (i, surface), units in zip(validator.once(_surfaces).items(), pictures, strict=True):
+        error = units * unit - frames[i].geometry.depth
+        yield np.where(surface & (units > 0), np.sign(error), 0).astype(np.int8)

@@ -223,14 +223,16 @@ def not_itself(asked: Asked) -> str | None:
     """Whether an effect, as it is fitted, brings along its first axis what the recording has not, of any kind.
 
     Such as a drift of the scale that is fitted to a scale that is wrong all the time. Of outliers all kinds together
-    must be less there: pixels in between for noise at edges have as much of a bias that is not the recording's.
+    must be less there: pixels in between for noise at edges have as much of a bias that is not the recording's. A
+    learned pattern that closes most is asked for biases alone: how far it is from the recording's in a cell is spread.
     """
     gap, left, does, effect, limit = asked.gap, asked.left, asked.does, asked.effect, asked.limit
     if not effect.axes or effect.axes[0] == "range":  # the spread, in which errors are measured, goes with the range
         return None
     own = _known_by(asked.validator, effect)
     for k, kind in enumerate(KINDS):
-        asks = kind in effect.kinds or (k == ALL and effect.kinds[0] == "tail")
+        kinds = effect.kinds[:1] if asked.learned and asked.closes_well else effect.kinds
+        asks = kind in kinds or (k == ALL and effect.kinds[0] == "tail")
         if not own or not asks or does.whole[k] < limit.acts * does.whole[ALL]:
             continue
         axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best

@@ -192,12 +192,15 @@ class Search(Fitting):
             yield Model(so_far.parts, np.concatenate(xs)).plus(begin)
 
     def known_here(self, model: Model, kind: str) -> Iterator[Candidate]:
-        """What may be added to a model and is known by the axis along which one kind of what is left changes most."""
+        """What may be added to a model and makes one kind of error everywhere, or is known by the axis along which that
+        kind of what is left changes most."""
         taken = {name for part in model.parts for name in (part.effect, *part.replaces)}
         first = [(one, along) for one, along in first_axes(self.validator, model.build(self.base)) if one == kind]
         for candidate in self.bank:
             is_open = not (candidate.in_place or candidate.effect in taken or candidate.replaces & taken)
-            if is_open and _is_known_by(candidate.effect, first):
+            effect = effect_class(candidate.effect)
+            everywhere = not effect.axes and effect.kinds[0] == kind
+            if is_open and (everywhere or _is_known_by(candidate.effect, first)):
                 yield candidate
 
     def _screen(self, so_far: Model | None, is_out: Callable[[str], bool]) -> list[Model]:

@@ -123,7 +123,8 @@ def acting_elsewhere(
     before, where: how large the gap is and where it lies; closed: the share that the causes close.
     """
     first = _first(where, selection)
-    if first is None or not _acts_elsewhere(selection, first):
+    shares = credit(validator, validator.evidence.base, selection.model)
+    if first is None or not _acts_elsewhere(selection, shares, first):
         return selection
     if closed >= validator.evidence.config.agreement.nearly_all and (
         _acts_where_as_much_lies(validator, selection, first, where) or not _is_left(validator, selection, first)
@@ -154,13 +155,17 @@ def _less(selecting: Validator, selection: Selection, number: int, why: str) -> 
     return replace(selection, model=selection.model.less(number), nearest=(*selection.nearest, near))
 
 
-def _acts_elsewhere(selection: Selection, first: Cut) -> bool:
+def _acts_elsewhere(selection: Selection, shares: Sequence[float], first: Cut) -> bool:
     """Whether no cause acts along the axis on which the gap lies first.
 
-    Tails do not count: they are in few pixels, and most of what these change elsewhere is chance. What makes neighbours
-    go together also changes how successive frames do.
+    Where most is closed by causes that make that kind of error first, of these: a noise that changes along an axis says
+    nothing of holes that do. Tails do not count: they are in few pixels, and most of what these change elsewhere is
+    chance. What makes neighbours go together also changes how successive frames do. shares: what each closes.
     """
     causes = [effect_class(part.effect) for part in selection.model.parts]
+    of_kind = [one.kinds[0] == first.what for one in causes]
+    if np.sum(shares, where=of_kind) > 0.5 * np.sum(shares):
+        causes = [one for one, is_one in zip(causes, of_kind, strict=True) if is_one]
     if first.what == "tail" and any("tail" in one.kinds for one in causes):
         return False
     along, kinds = first.names, {"tail", first.what} & {"tail", "correlation"}
