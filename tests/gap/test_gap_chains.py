@@ -39,7 +39,7 @@ class FakeSearch:
     def validated(self, of: Model) -> Trial:
         return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])
 
-    def fit(self, of: Model, rounds: int, polished_below: float = np.inf) -> Model:
+    def fit(self, of: Model, rounds: int, polished_below: float = np.inf, elsewhere: bool = False) -> Model:
         return of
 
     def say(self, text: str) -> None:
@@ -192,6 +192,23 @@ def test_what_is_known_where_the_gap_lies_takes_the_place_of_what_is_not(
     monkeypatch.setattr(confirm, "effect_class", lambda effect: SimpleNamespace(id=effect, kinds=("missing",)))
     found = confirm._in_its_place(cast("Search", search), model("noise", "anywhere"), 1)
     assert ([part.effect for part in found.parts] if found else None) == (["noise", "material"] if taken else None)
+
+
+@pytest.mark.parametrize(("gap", "taken"), [(0.2005, True), (0.3, False)])
+def test_what_is_plainer_and_does_as_well_takes_the_place(
+    monkeypatch: pytest.MonkeyPatch, gap: float, taken: bool
+) -> None:
+    """Holes anywhere, in the place of holes on each of three materials that are alike."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    material = Candidate("material", (Free("rate", 0, 1, False, 0.1),) * 3, {}, ((0.1,) * 3,))
+    search = FakeSearch(noise_anywhere=gap, noise_material=0.2)
+    search.known_here = lambda of, kind: model("anywhere").parts  # type: ignore[attr-defined]
+    search.begin = lambda candidate, base: model(candidate.effect)  # type: ignore[attr-defined]
+    search.disagreement = lambda of, number, alone: None  # type: ignore[attr-defined]
+    monkeypatch.setattr(confirm, "effect_class", lambda effect: SimpleNamespace(id=effect, kinds=("missing",)))
+    whole = Model((*model("noise").parts, material), np.zeros(3))
+    found = confirm._in_its_place(cast("Search", search), whole, 1)
+    assert ([part.effect for part in found.parts] if found else None) == (["noise", "anywhere"] if taken else None)
 
 
 @pytest.mark.parametrize(
