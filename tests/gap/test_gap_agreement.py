@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from depthsim.gap import diagnose
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.histograms import ERROR_HOLE
-from depthsim.gap.depth.fit import rules
+from depthsim.gap.depth.fit import marks, rules
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import KINDS, Changes, _scaled, less_others
 from depthsim.gap.depth.fit.search import worth_a_look
@@ -315,6 +315,16 @@ def test_steps_that_the_recording_does_not_show_are_no_steps(scaled: Path) -> No
         scaled, sensor="paper", without=[name for name in effect_ids() if name not in bank], threads=1, tasks=False
     )
     assert not found.causes, found.causes
+
+
+@pytest.mark.parametrize(("effect", "refused"), [("disparity_quantization", True), ("subpixel_bias", False)])
+def test_only_what_rounds_is_asked_for_steps(effect: str, refused: bool) -> None:
+    """A triangle of a pixel brings disparities near whole ones, as steps of a pixel do."""
+    steps = {(): None, (1,): 0.997}
+    evidence = SimpleNamespace(cuts=SimpleNamespace(own_steps=None))
+    validator = SimpleNamespace(evidence=evidence, once=lambda work, effects: steps[effects])
+    why = marks.unseen_step(cast("Validator", validator), effect_class(effect), (), cast("Any", (1,)))
+    assert (why is not None) == refused
 
 
 @given(st.floats(0.01, 0.5), st.lists(st.floats(0, 1), min_size=2, max_size=2))

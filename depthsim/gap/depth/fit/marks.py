@@ -49,8 +49,12 @@ def makes_doubling(validator: Validator, effect: type[Effect], before: Effects, 
 
 
 def unseen_step(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
-    """Whether an effect puts the disparities on steps, where those of the recording lie on none."""
-    if effect.axes[:1] != ("disparity_phase",) or validator.evidence.cuts.own_steps is not None:
+    """Whether an effect puts the disparities on steps, where those of the recording lie on none.
+
+    A bias that goes up and down with the disparity brings them near steps, too, but does not round them.
+    """
+    steps = effect.axes[:1] == ("disparity_phase",) and effect.kinds[0] != "bias"
+    if not steps or validator.evidence.cuts.own_steps is not None:
         return None
     step = validator.once(_step, after)
     if step is None or validator.once(_step, before) is not None:
