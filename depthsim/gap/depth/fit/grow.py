@@ -118,9 +118,9 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
     if _is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
         return False
-    biases = [effect_class(name).kinds[0] == "bias" for name in (trial.newest.effect, *chain.named)]
-    if biases[0] and any(biases[1:]) and gained < limit.least * search.whole:
-        return False
+    kind, *named = (effect_class(name).kinds[0] for name in (trial.newest.effect, *chain.named))
+    if kind in ("bias", "spread") and kind in named and gained < limit.least * search.whole:
+        return False  # as much is left by the formula of the first
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
     # With so many parameters it takes up some of what the formulas of others leave, and is a cause if that is all.
     if (by_material or search.is_flexible(trial.newest)) and gained < limit.further * search.whole:
