@@ -204,7 +204,10 @@ class Search(Fitting):
                 yield candidate
 
     def _screen(self, so_far: Model | None, is_out: Callable[[str], bool]) -> list[Model]:
-        """The bank on top of ``so_far``, best first, after a first look; of each effect its best form."""
+        """The bank on top of ``so_far``, best first, after a first look; of each effect its best form.
+
+        And of a law that must be met exactly every one, as a few frames do not tell them apart.
+        """
         taken = {part.effect for part in so_far.parts} if so_far else set()
         taken |= {name for part in so_far.parts for name in part.replaces} if so_far else set()
         base = so_far.build(self.base) if so_far else self.base
@@ -222,11 +225,12 @@ class Search(Fitting):
         first = first_axes(self.validator, base)
         known = [k for k in open_to if _is_known_by(self.bank[k].effect, first)]  # however far off they begin
         open_to = sorted({*worth_a_look({k: begun[k][1] for k in open_to}, most), *known})
-        best: dict[tuple[str, bool], Model] = {}
+        best: dict[tuple[str, bool, str], Model] = {}
         for number in open_to:
             candidate = self.bank[number]
             model = refine(begun[number][0], base, target, roots, self.config.fit, 1)
-            key = candidate.effect, bool(candidate.replaces)
+            form = repr(candidate.fixed) if effect_class(candidate.effect).exact else ""
+            key = candidate.effect, bool(candidate.replaces), form
             if key not in best or model.loss < best[key].loss:
                 best[key] = model
         return sorted(best.values(), key=lambda model: model.loss)
