@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
@@ -38,7 +39,7 @@ class Fitting:
         self.before, self.floor, self.base, self.config = score.gap, score.floor, evidence.base, evidence.config
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
         self._chance = validator.quick(before, self.config.fit.runs) - self.before
-        self._few = first_look(evidence)
+        self._few = first_look(evidence, validator.ruler, before)
         self._fitted: dict[frozenset[str], tuple[Model, int, bool]] = {}
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
 
@@ -107,11 +108,19 @@ def _key(model: Model) -> frozenset[str]:
     return frozenset(map(repr, model.parts))
 
 
-def first_look(evidence: Evidence) -> list[int]:
-    """The blocks that the whole bank is tried on: two fifths of those for fitting, fewer where frames are large."""
+def first_look(evidence: Evidence, ruler: Ruler, before: Sequence[Effect]) -> list[int]:
+    """The blocks that the whole bank is tried on: two fifths of those for fitting, fewer where frames are large.
+
+    Spread over the time, but for one: that in which the gap of ``before`` is largest, as what is nearer than depth
+    begins may be in few of them.
+    """
     train = evidence.train
     usual = len(train[:: max(1, round(len(train) / 2.5))])
     frames = max(len(evidence.blocks[b]) for b in train)
     enough = -(-evidence.config.fit.first_look_pixels // (frames * evidence.counted_of_frame))
-    selected = np.linspace(0, len(train) - 1, min(usual, max(enough, 2))).round().astype(int)
-    return [train[k] for k in np.unique(selected)]
+    count = min(usual, max(enough, 2))
+    pairs = zip(evidence.real_counts(train), evidence.simulate(before, train), strict=True)
+    largest = int(np.argmax([ruler.gap(real, simulated) for real, simulated in pairs]))
+    others = [k for k in range(len(train)) if k != largest]
+    spread = np.linspace(0, max(len(others) - 1, 0), min(count - 1, len(others))).round().astype(int)
+    return [train[k] for k in sorted({largest, *(others[n] for n in spread)})]

@@ -64,8 +64,8 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
     """Causes besides those of a selection from elsewhere, less noise and filters that do not show; None where nothing
     is left.
 
-    validator: see :meth:`Evidence.centred`. Further biases are none, nor noise beside a noise or where a bias is left:
-    so near to a large one, they are what its formula leaves.
+    validator: see :meth:`Evidence.centred`. Further biases are none, nor noise beside a noise or where a bias is left,
+    nor holes beside holes: so near to a large one, they are what its formula leaves.
     """
     evidence, model = validator.evidence, found.model
     before = model.build(evidence.base)
@@ -74,9 +74,9 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
         return None
     if left.floor <= evidence.config.significance.least:  # no noise: what is left is how depths are rounded
         return found
-    has_noise = any(effect_class(part.effect).kinds[0] == "spread" for part in model.parts)
-    has_bias = any(kind == "bias" for kind, _ in first_axes(validator, before))
-    theirs = {"bias", "spread"} if has_noise or has_bias else {"bias"}
+    theirs = {"bias"} | ({effect_class(part.effect).kinds[0] for part in model.parts} & {"spread", "missing"})
+    if any(kind == "bias" for kind, _ in first_axes(validator, before)):
+        theirs.add("spread")
     hidden = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] not in theirs]
     search = Search(evidence, validator, hidden, before, say)
     strict = search.config.select.model_copy(update={"further": search.config.select.further_of_left})

@@ -17,7 +17,8 @@ def unseen(evidence: Evidence, without: Sequence[str] = ()) -> tuple[str, ...]:
     Nothing near enough, no edge, one material, a camera that stands still: whatever the reason, an effect at its
     default values then changes the simulated frames by less than chance does.
     """
-    ruler, blocks = Ruler.of(evidence.axes), first_look(evidence)
+    ruler = Ruler.of(evidence.axes)
+    blocks = first_look(evidence, ruler, evidence.base)
 
     def roots(effects: Sequence[Effect]) -> np.ndarray:
         return ruler.roots(evidence.total(effects, blocks))
