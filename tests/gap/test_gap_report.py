@@ -108,6 +108,16 @@ def test_an_unexplained_gap_gets_the_beginning_of_an_effect(tmp_path: Path) -> N
     assert any("new_effect.py" in step.text for step in words.next_steps(findings.diagnosis, origin))
 
 
+@pytest.mark.parametrize(("closed", "blamed"), [(0.996, True), (0.5, False)])
+def test_a_little_that_is_left_may_be_due_to_formulas(closed: float, blamed: bool) -> None:
+    whole = found(LACKED, (*OTHERS, "incidence_noise", "disparity_noise")).diagnosis
+    cause = found().diagnosis.causes[0]
+    gap = whole.gap.model_copy(update={"closed_fraction": closed})
+    partly = whole.model_copy(update={"verdict": "partly_explained", "causes": (cause,), "gap": gap})
+    (step,) = (s for s in words.next_steps(partly, words.Origin("run", "report", "paper")) if words.STUB in s.text)
+    assert ("0.4 % of the gap" in step.text) == ("these formulas" in step.text) == blamed
+
+
 def test_no_gap_gives_back_the_same_sensor(tmp_path: Path) -> None:
     findings = found(PAPER)
     assert findings.diagnosis.verdict == "no_gap"

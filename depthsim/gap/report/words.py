@@ -15,6 +15,8 @@ if TYPE_CHECKING:  # a diagnosis shows itself in these words
 
 Tone = Literal["good", "fair", "bad"]
 STUB = "new_effect.py"
+_LITTLE = 0.1
+"""Of the gap: with less left beside causes, it may be due to their formulas alone."""
 SENSOR = "sensor.yaml"
 _LINE = 76
 _EVEN, _ROUNDING = 0.05, 1e-4
@@ -213,10 +215,16 @@ def next_steps(diagnosis: "Diagnosis", origin: Origin) -> list[Step]:
         steps.append(Step("Simulate with the causes added:", generate_command(origin)))
     steps += [Step(sentence(cause.advice)) for cause in diagnosis.causes if cause.advice]
     if diagnosis.unexplained is not None and diagnosis.unexplained.where:
-        report = Path(origin.report)
+        report, left = Path(origin.report), 1 - diagnosis.gap.closed_fraction
+        needs = "What is left needs an effect that is not in the bank."
+        if diagnosis.causes and left < _LITTLE:
+            needs = (
+                f"What is left, {percent(left)} of the gap, may be how the real causes differ from these formulas; where "
+                "it matters, it needs an effect that is not in the bank."
+            )
         steps.append(
             Step(
-                f"What is left needs an effect that is not in the bank. {report / STUB} is the beginning of one: say "
+                f"{needs} {report / STUB} is the beginning of one: say "
                 "there what the sensor does, put it into depthsim/sensor/effects/, and diagnose again:",
                 diagnose_command(origin),
             )
