@@ -124,10 +124,20 @@ def test_beside_errors_of_the_poses_a_cause_closes_something(monkeypatch: pytest
     assert [near.effect for near in found.nearest] == ["lateral_noise"]
 
 
-def test_where_the_frames_do_not_agree_nothing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("left", "stays"), [([0.5, 0.1, 0.9], True), ([0.1, 0.1, 1.1], False), ([0.1, 0.1, 0.95], False)]
+)
+def test_where_the_frames_do_not_agree_nothing_is_named(
+    monkeypatch: pytest.MonkeyPatch, left: list[float], stays: bool
+) -> None:
+    """left: of a gap of 1 in each of three blocks."""
     monkeypatch.setattr(withdraw, "credit", lambda *_: (0.4,))
-    found = withdraw.unsure(VALIDATOR, selection("fixed_pattern"), SCORE)
-    assert not found.model.parts and found.nearest[0].closed_fraction == 0.4
+    monkeypatch.setattr(withdraw, "_by_block", lambda _, effects: np.array(left if effects else [1.0] * 3))
+    monkeypatch.setattr(Model, "build", lambda model, base: (1,))
+    found = withdraw.unsure(VALIDATOR, given := selection("fixed_pattern"), SCORE)
+    assert (found is given) == stays
+    if not stays:
+        assert not found.model.parts and found.nearest[0].closed_fraction == 0.4
 
 
 @pytest.mark.parametrize(

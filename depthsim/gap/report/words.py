@@ -219,7 +219,7 @@ def next_steps(diagnosis: "Diagnosis", origin: Origin) -> list[Step]:
         needs = "What is left needs an effect that is not in the bank."
         if diagnosis.causes and left < _LITTLE:
             needs = (
-                f"What is left, {percent(left)} of the gap, may be how the real causes differ from these formulas; where "
+                f"What is left, {percent(left)} of the gap, may be how the real causes differ from these formulas; if "
                 "it matters, it needs an effect that is not in the bank."
             )
         steps.append(

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.agreement import left_of_change
@@ -14,7 +15,7 @@ from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.diagnosis import Cut, Nearest
 from depthsim.gap.selection import Refused
-from depthsim.sensor.effect import effect_class
+from depthsim.sensor.effect import Effect, effect_class
 from depthsim.sensor.effects.extrinsics import ExtrinsicRotation, TimeOffset
 
 _PLACES = {"image_position", "surface"}
@@ -201,8 +202,22 @@ def _is_left(validator: Validator, selection: Selection, first: Cut) -> bool:
 
 
 def unsure(validator: Validator, selection: Selection, before: Score) -> Selection:
-    """Without any cause, where the frames differ so much that together they may close nothing."""
+    """Without any cause, where the frames differ so much that together they may close nothing.
+
+    Of few blocks an interval is wide: they stay if they close some of the gap in every one.
+    """
+    base = validator.evidence.base
+    gap, left = (_by_block(validator, effects) for effects in (base, selection.model.build(base)))
+    if (left <= (1 - validator.evidence.config.select.further) * gap).all():
+        return selection
     return _refused(validator, selection, before, "closes something on some frames, and on others nothing")
+
+
+def _by_block(validator: Validator, effects: Sequence[Effect]) -> NDArray[np.float64]:
+    """(blocks,) the gap of a sensor in each block of frames."""
+    runs = validator.runs(effects, validator.config.runs_resampled)
+    gaps = [[validator.ruler.gap(real, run[k]) for run in runs] for k, real in enumerate(validator.real)]
+    return np.mean(gaps, axis=1)
 
 
 def _refused(validator: Validator, selection: Selection, before: Score, why: str) -> Selection:
