@@ -49,6 +49,7 @@ def test_nothing_is_said_of_one_frame_or_of_holes() -> None:
         ("spatial_correlation", 0.4, 0.02, True),
         ("disparity_noise", 0.4, 0.3, False),  # beside a fixed pattern that is named, too
         ("disparity_noise", 0.1, 0.0, False),
+        ("temporal_correlation", 0.4, 0.0, False),  # it may last longer than by the formula
         ("fixed_pattern", 0.4, 0.0, False),
         ("fill_rate", 0.4, 0.0, False),
     ],

@@ -99,8 +99,11 @@ def comes_in_waves(validator: Validator, effect: type[Effect], after: Effects) -
 
 
 def stays_at_pixels(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
-    """Whether a noise, or what makes noise go together, is for errors that are locked to the pixel, as no noise is."""
-    if effect.kinds[0] not in ("spread", "correlation"):
+    """Whether a noise, or what makes neighbours go together, is for errors that are locked to the pixel.
+
+    Not what makes frames go together: that may last longer in the recording than by its formula.
+    """
+    if effect.kinds[0] not in ("spread", "correlation") or effect.axes[:1] == ("frame_neighbours",):
         return None
     recorded, simulated = validator.once(_locked_recorded), validator.once(_locked_simulated, after)
     if recorded <= simulated + validator.evidence.config.agreement.locked:
@@ -182,9 +185,9 @@ def _locked_simulated(validator: Validator, effects: Effects) -> float:
 
 
 def _far_apart(validator: Validator, frames: Iterable[NDArray[np.int8]]) -> list[NDArray[np.int8]]:
-    """Of the frames of :attr:`Validator.few` the first of each block."""
-    first = {int(validator.evidence.blocks[b][0]) for b in validator.few}
-    return [frame for i, frame in zip(validator.once(_surfaces), frames, strict=True) if i in first]
+    """Of the frames of :attr:`Validator.few` the earliest and the latest: no noise lasts from one to the other."""
+    shown = dict(zip(validator.once(_surfaces), frames, strict=True))
+    return [shown[i] for i in sorted({min(shown), max(shown)})]
 
 
 def _signs_recorded(validator: Validator) -> Iterator[NDArray[np.int8]]:
