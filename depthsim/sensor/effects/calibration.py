@@ -19,12 +19,14 @@ def _scale(start, stop, factor, disparity):
 
 
 @kernel
-def _shift(start, stop, offset, border, cx, fx, width, disparity):
-    """What is shifted to 0 or beyond has no depth."""
-    for i in range(start, stop):
-        x = (_f(i % width) - cx) / fx
-        shifted = max(disparity[i] + offset * (_f(1) + border * x * x), _f(0))
-        disparity[i] = shifted if disparity[i] > _f(0) else _f(0)
+def _shift(start, stop, width, offset, border, cx, fx, disparity):
+    """Rows ``start`` to ``stop``, in pixels; what is shifted to 0 or beyond has no depth."""
+    for at in range(start, stop, width):
+        d = disparity[at : at + width]
+        for u in range(width):
+            x = (_f(u) - cx) / fx
+            shifted = max(d[u] + offset * (_f(1) + border * x * x), _f(0))
+            d[u] = shifted if d[u] > _f(0) else _f(0)
 
 
 def _scale_depth(frame: Frame, scale: float) -> None:
@@ -133,6 +135,8 @@ class DisparityOffset(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Shift every disparity."""
-        camera, disparity = frame.camera, frame.disparity
-        middle = _f(camera.cx), _f(camera.fx), np.int64(camera.width)
-        frame.run(_shift, _f(self.offset), _f(self.border), *middle, disparity.reshape(-1))
+        camera = frame.camera
+        frame.run(
+            _shift, camera.width, _f(self.offset), _f(self.border), _f(camera.cx), _f(camera.fx),
+            frame.disparity.reshape(-1), multiple=camera.width,
+        )  # fmt: skip

@@ -124,15 +124,17 @@ def acting_elsewhere(
     before, where: how large the gap is and where it lies; closed: the share that the causes close.
     """
     first = _first(where, selection)
+    if first is None:
+        return selection
     shares = credit(validator, validator.evidence.base, selection.model)
-    if first is None or not _acts_elsewhere(selection, shares, first):
+    if not _acts_elsewhere(selection, shares, first):
         return selection
     if closed >= validator.evidence.config.agreement.nearly_all and (
         _acts_where_as_much_lies(validator, selection, first, where) or not _is_left(validator, selection, first)
     ):
         return selection
     why = f"does not act along {first.axis.replace('_', ' ')}, on which the gap lies first"
-    return _refused(validator, selection, before, why)
+    return _refused(validator, selection, before, shares, why)
 
 
 def _closes(selecting: Validator, selection: Selection, number: int) -> float:
@@ -210,7 +212,8 @@ def unsure(validator: Validator, selection: Selection, before: Score) -> Selecti
     gap, left = (_by_block(validator, effects) for effects in (base, selection.model.build(base)))
     if (left <= (1 - validator.evidence.config.select.further) * gap).all():
         return selection
-    return _refused(validator, selection, before, "closes something on some frames, and on others nothing")
+    shares = credit(validator, base, selection.model)
+    return _refused(validator, selection, before, shares, "closes something on some frames, and on others nothing")
 
 
 def _by_block(validator: Validator, effects: Sequence[Effect]) -> NDArray[np.float64]:
@@ -220,9 +223,8 @@ def _by_block(validator: Validator, effects: Sequence[Effect]) -> NDArray[np.flo
     return np.mean(gaps, axis=1)
 
 
-def _refused(validator: Validator, selection: Selection, before: Score, why: str) -> Selection:
-    """No cause, and those that were as what comes near."""
-    shares = credit(validator, validator.evidence.base, selection.model)
+def _refused(validator: Validator, selection: Selection, before: Score, shares: Sequence[float], why: str) -> Selection:
+    """No cause, and those that were as what comes near. shares: what each of them closes."""
     refused = Refused({near.effect: near for near in selection.nearest})
     for part, share in zip(selection.model.parts, shares, strict=True):
         refused.refuse(part.effect, share / max(before.above, 1e-12), why)
