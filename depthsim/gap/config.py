@@ -245,6 +245,9 @@ class DepthSignificance(Section):
 
     excess: float = _value(8.0, "over all axes, above which there is a gap")
     excess_along_axis: float = _value(8.0, "along one axis, above which there is a gap")
+    where_fitted: float = _value(
+        0.5, "of both, that what causes leave must be above on the frames that they were fitted on, to look for another"
+    )
     least: float = _value(
         1e-4, "bits per pixel: less is no gap; two ray casters differ by 4e-6 to 4e-5, of sensors without noise"
     )

@@ -10,7 +10,7 @@ from depthsim.gap.config import DepthConfig, DepthSelect
 from depthsim.gap.depth.fit import confirm, grow, select
 from depthsim.gap.depth.fit.candidates import Candidate, Free
 from depthsim.gap.depth.fit.chain import Chain
-from depthsim.gap.depth.fit.fitting import Trial
+from depthsim.gap.depth.fit.fitting import Fitting, Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import Search
@@ -35,6 +35,7 @@ class FakeSearch:
         self.validator = SimpleNamespace(score=lambda effects: SCORE)
         self.goes_together = lambda of: False
         self.refined = lambda of: of
+        self.leaves = lambda of, score: True
 
     def validated(self, of: Model) -> Trial:
         return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])
@@ -238,3 +239,16 @@ def test_beside_what_is_taken_for_the_moment_the_others_are_asked_once_more() ->
     assert not begun.is_out("incidence_dropout") and begun.trusted == ["max_range"]
     begun.refuse("incidence_dropout", 0.4, "leaves 53% of how holes change along incidence")
     assert begun.is_out("incidence_dropout")
+
+
+@pytest.mark.parametrize(("held_out", "fitted_on", "left"), [(9.0, 5.0, True), (9.0, 3.0, False), (7.0, 9.0, False)])
+def test_what_is_left_stands_out_where_it_was_fitted_too(held_out: float, fitted_on: float, left: bool) -> None:
+    """A scale fitted on a few frames is off on others by as much as they are unlike: no cause is looked for there."""
+
+    def score(excess: float) -> Score:
+        return Score(1.0, 0.5, np.ones(1), np.ones(1), np.full(1, excess), 0.0)
+
+    fitting = SimpleNamespace(
+        config=DepthConfig(), base=(), _fitted_on=SimpleNamespace(score=lambda _: score(fitted_on))
+    )
+    assert Fitting.leaves(cast("Fitting", fitting), model(), score(held_out)) is left

@@ -9,7 +9,7 @@ from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
-from depthsim.gap.depth.fit.validate import Validator
+from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.sensor.effect import Effect
 
 Say = Callable[[str], None]
@@ -39,6 +39,7 @@ class Fitting:
         self.before, self.floor, self.base, self.config = score.gap, score.floor, evidence.base, evidence.config
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
         self._chance = validator.quick(before, self.config.fit.runs) - self.before
+        self._fitted_on = Validator(evidence, evidence.train)
         self._few = first_look(evidence, validator.ruler, before)
         self._fitted: dict[frozenset[str], tuple[Model, int, bool]] = {}
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
@@ -51,6 +52,17 @@ class Fitting:
     def validated(self, model: Model) -> Trial:
         """The model with its gap on the frames held out."""
         return Trial(model, self.validator.quick(model.build(self.base), self.config.fit.runs) - self._chance)
+
+    def leaves(self, model: Model | None, held_out: Score) -> bool:
+        """Whether there is something left to be fitted. held_out: the score of ``model`` there, or of nothing.
+
+        It stands out on the frames held out, and by part of the limits on those that ``model`` was fitted on, too. What
+        does not is how far its parameters are off: as much as those frames are unlike these by chance.
+        """
+        limit = self.config.significance
+        if model is None or not held_out.stands_out(limit):
+            return held_out.stands_out(limit)
+        return self._fitted_on.score(model.build(self.base)).stands_out(limit, limit.where_fitted)
 
     def is_flexible(self, candidate: Candidate) -> bool:
         """Whether it has so many parameters that it can stand for other effects."""

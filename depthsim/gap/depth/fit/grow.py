@@ -23,7 +23,7 @@ def grow(search: Search, chain: Chain) -> None:
     closes most is taken all the same, a few times, and asked again when the others are there.
     """
     while chain.model is None or len(chain.model.parts) < search.config.select.most_causes:
-        if not chain.score.stands_out(search.config.significance):
+        if not search.leaves(chain.model, chain.score):
             break
         leaders = _leaders(search, chain)
         selected = _first_supported(search, chain, leaders)

@@ -149,7 +149,7 @@ def _other_beginnings(search: Search, chain: Chain) -> Iterator[Chain]:
     """Where something is left: the same causes with another one in the place of the first, if that comes near."""
     limit = search.config.select
     first = next((trial for step in chain.looked[:1] for trial in step if trial.newest.effect in chain.named), None)
-    if chain.model is None or first is None or not chain.score.stands_out(search.config.significance):
+    if chain.model is None or first is None or not search.leaves(chain.model, chain.score):
         return
     reach = min(limit.near * search.whole, limit.near_of_cause * (search.before - first.gap))
     others = [

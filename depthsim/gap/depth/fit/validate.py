@@ -43,10 +43,10 @@ class Score:
         """The gap over its floor."""
         return self.gap - self.floor
 
-    def stands_out(self, limit: DepthSignificance) -> bool:
-        """Whether there is more than chance between recording and simulation."""
-        along = bool(self.excess_by_axis.max() > limit.excess_along_axis)
-        return self.above > limit.least and (self.excess > limit.excess or along)
+    def stands_out(self, limit: DepthSignificance, share: float = 1.0) -> bool:
+        """Whether there is more than chance between recording and simulation. share: of the limits of an excess."""
+        along = bool(self.excess_by_axis.max() > share * limit.excess_along_axis)
+        return self.above > limit.least and (self.excess > share * limit.excess or along)
 
 
 class Validator:
