@@ -4,7 +4,7 @@ They know no measure and no fit: what closes how much, and how sure that is, is 
 """
 
 from collections.abc import Callable, Collection, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from depthsim.gap.config import DepthSelect, FlightSelect
 from depthsim.gap.diagnosis import Nearest, Unexplained, Verdict
@@ -48,8 +48,9 @@ def closes_enough(gained: float, left: float, whole: float, faint: float, limit:
     return gained >= faint and (gained >= limit.further * whole or gained >= limit.further_of_left * left)
 
 
-def plainest(trials: Sequence[T], loss: Callable[[T], float], size: Callable[[T], int], margin: float) -> T | None:
-    """Of those that do as well as the best, within a margin, the one with the fewest parameters; None of none."""
+def plainest(trials: Sequence[T], loss: Callable[[T], float], size: Callable[[T], Any], margin: float) -> T | None:
+    """Of those that do as well as the best, within a margin, the one of the least size, such as how many parameters it
+    has; None of none."""
     least = min(map(loss, trials), default=0.0)
     return min((trial for trial in trials if loss(trial) - least < margin), key=size, default=None)
 

@@ -125,7 +125,7 @@ def test_beside_errors_of_the_poses_a_cause_closes_something(monkeypatch: pytest
 
 
 @pytest.mark.parametrize(
-    ("left", "stays"), [([0.5, 0.1, 0.9], True), ([0.1, 0.1, 1.1], False), ([0.1, 0.1, 0.95], False)]
+    ("left", "stays"), [([0.5, 0.1, 0.9], True), ([0.1, 0.1, 0.95], True), ([0.1, 0.1, 1.4], False)]
 )
 def test_where_the_frames_do_not_agree_nothing_is_named(
     monkeypatch: pytest.MonkeyPatch, left: list[float], stays: bool
@@ -162,20 +162,28 @@ def test_a_little_noise_everywhere_beside_a_bias_is_what_its_formula_leaves(
 
 
 @pytest.mark.parametrize(
-    ("closes", "error", "its_own", "stays"),
+    ("closes", "error", "by_block", "its_own", "stays"),
     [
-        (0.2, 0.05, False, True),
-        (0.2, 3.0, False, False),  # how much it closes is not known
-        (-0.1, 0.05, False, False),
-        (1e-3, 1e-4, False, False),  # less than a tenth of the floor
-        (1e-3, 1e-4, True, True),  # steps, or doubled rows, are there all the same
+        (0.2, 0.05, (0.2, 0.2), False, True),
+        (0.2, 3.0, (-0.2, 0.6), False, False),  # how much it closes is not known
+        (0.2, 3.0, (-0.05, 0.45), False, True),  # nor here, but it begins late, and then it closes much
+        (-0.1, 0.05, (-0.1, -0.1), False, False),
+        (1e-3, 1e-4, (1e-3, 1e-3), False, False),  # less than a tenth of the floor
+        (1e-3, 1e-4, (1e-3, 1e-3), True, True),  # steps, or doubled rows, are there all the same
     ],
 )
 def test_frames_that_were_not_seen_support_a_cause(
-    monkeypatch: pytest.MonkeyPatch, closes: float, error: float, its_own: bool, stays: bool
+    monkeypatch: pytest.MonkeyPatch,
+    closes: float,
+    error: float,
+    by_block: tuple[float, ...],
+    its_own: bool,
+    stays: bool,
 ) -> None:
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
     monkeypatch.setattr(withdraw, "closed_error", lambda *_: error)
+    gap = np.ones(len(by_block))
+    monkeypatch.setattr(withdraw, "_by_block", lambda _, effects: gap - by_block if effects else gap)
     monkeypatch.setattr(withdraw, "only_its_own", lambda *_: its_own)
     validator = SimpleNamespace(
         config=DepthConfig().significance,

@@ -52,8 +52,6 @@ _FAINTLY = (
     "the recording differs from the simulator by more than chance, but by less than a tenth of what two runs of one "
     "sensor differ by, and no effect explains it"
 )
-_WORSE = 1.1
-"""Times the gap as it is: above it, registering the frames makes it larger by more than chance."""
 Say = Callable[[str], None]
 
 
@@ -173,8 +171,8 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
         errors, poses = register_frames(given)
         if poses is not None:
             registered = _parts(poses.evidence)
-            if registered[0].quick(poses.evidence.base) > _WORSE * recorded.quick(given.base):
-                poses = None  # what a filter in time leaves behind moves like a pose that is off
+            if not poses.help(recorded, registered[0]):
+                poses = None
             else:
                 given.forget(given.test)
                 validator, selecting = registered

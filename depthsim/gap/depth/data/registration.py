@@ -55,11 +55,15 @@ class Registration:
     covariance: Floats
     errors: PoseErrors
 
-    def applied(self, run: Run) -> Run:
-        """The run with its poses corrected; between frames that were looked at corrections are interpolated."""
+    def applied(self, run: Run, constant: bool = False) -> Run:
+        """The run with its poses corrected; between frames that were looked at corrections are interpolated.
+
+        constant: whether to correct what is alike in all frames, too.
+        """
         if self.errors.is_none:
             return run
-        trajectory, truth = (_corrected(p, self.stamps, self.corrections) for p in (run.trajectory, run.truth))
+        corrections = self.corrections + np.nan_to_num(self.errors.constant) * constant
+        trajectory, truth = (_corrected(p, self.stamps, corrections) for p in (run.trajectory, run.truth))
         return replace(run, trajectory=trajectory, truth=truth)
 
 

@@ -118,7 +118,8 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
     if _is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
         return False
-    kind, *named = (effect_class(name).kinds[0] for name in (trial.newest.effect, *chain.named))
+    kind = effect_class(trial.newest.effect).kinds[0]
+    named = {one for name in chain.named for one in _formula_of(name)}
     if kind in ("bias", "spread") and kind in named and gained < limit.least * search.whole:
         return False  # as much is left by the formula of the first
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
@@ -138,6 +139,12 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     learned = learned_of(effect_class(trial.newest.effect))  # as much as other frames say for sure is there
     acts = along is not None and (bool(learned) or along <= limit.left_alone)
     return all(_stays(search, gap, trial, other) or (acts and not search.acts(other.model)) for other in others)
+
+
+def _formula_of(effect: str) -> Sequence[str]:
+    """The kinds of error that an effect makes by a formula of its own; a filter takes spread away by one."""
+    kinds = effect_class(effect).kinds
+    return [kind for kind in kinds if kind == kinds[0] or (kinds[0], kind) == ("correlation", "spread")]
 
 
 def _is_other_kind(one: Trial, other: Trial) -> bool:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.pose_errors import PoseErrors
-from depthsim.gap.depth.data.registration import register
+from depthsim.gap.depth.data.registration import Registration, register
 from depthsim.gap.depth.fit.agreement import leaves_biases
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator, closed_error
@@ -24,6 +24,9 @@ _WANDERS = (
     "from frame to frame the disparities are off by an offset and a scale that change, which explain more than errors "
     "of the poses would"
 )
+_WORSE, _NEARER = 1.1, 0.5
+"""Times the gap as it is: above the one, registering the frames makes it larger by more than chance; below the other,
+it makes it much smaller, where what is alike in all frames is taken off, too."""
 _SURE = 3.0
 """Standard errors that the poses' errors must be off from those that the simulator has."""
 
@@ -31,12 +34,13 @@ _SURE = 3.0
 @dataclass(frozen=True)
 class Poses:
     """What registration found. held: the errors that the simulator's poses have; evidence: the registered frames,
-    whose simulator has right poses.
+    whose simulator has right poses. registration: of the frames as they were given.
     """
 
     errors: PoseErrors
     held: PoseNoise | None
     evidence: Evidence
+    registration: Registration
 
     @property
     def are_as_held(self) -> bool:
@@ -51,6 +55,20 @@ class Poses:
         if is_cause:
             return (self.errors.effect(),)
         return () if self.held is None else (self.held,)
+
+    def help(self, recorded: Validator, registered: Validator) -> bool:
+        """Whether the frames are nearer to the scene once they are registered, or no farther.
+
+        What a filter in time leaves behind moves like a pose that is off, and is none. Beside a mount that is turned,
+        which is left in, no frame may be nearer than before: then that is taken off as well, for this question alone.
+        """
+        given, base = recorded.evidence, self.evidence.base
+        before = recorded.quick(given.base)
+        if registered.quick(base) <= _WORSE * before:
+            return True
+        run = self.registration.applied(given.run, constant=True)
+        whole = Evidence(run, given.scene, given.materials, base, given.threads, given, given.config)
+        return Validator(whole, registered.blocks).quick(base) < _NEARER * before
 
     def note(self, is_cause: bool) -> str:
         """What a reader must know of it."""
@@ -83,7 +101,7 @@ def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
         return errors, None
     run, base = found.applied(given.run), without_errors(given.base)
     registered = Evidence(run, given.scene, given.materials, base, given.threads, given, given.config)
-    return errors, Poses(errors, held, registered)
+    return errors, Poses(errors, held, registered, found)
 
 
 def without_errors(effects: Sequence[Effect]) -> tuple[Effect, ...]:

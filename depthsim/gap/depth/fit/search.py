@@ -89,11 +89,17 @@ class Search(Fitting):
         least = min((whole.loss for whole in begun), default=np.inf)
         found = [self.validated(self._further(whole, least, without)) for whole in begun]
         found.sort(key=lambda trial: trial.gap)
-        # Of those that do equally well the plainest comes first: holes everywhere before holes on every material.
+        # Of those that do equally well one that is known by where the gap changes first comes first, and then the
+        # plainest: holes everywhere before holes on every material.
         margin = self.config.select.tied * self.whole
         if so_far and found and self.is_flexible(found[0].newest):  # it takes up some of what is still to be found, too
             margin = max(margin, self.config.select.taken_up * (self.validated(so_far).gap - found[0].gap))
-        first = plainest(found, lambda trial: trial.gap, lambda trial: len(trial.newest.free), margin)
+        along = first_axes(self.validator, before)
+
+        def plain(trial: Trial) -> tuple[bool, int]:
+            return not _is_known_by(trial.newest.effect, along), len(trial.newest.free)
+
+        first = plainest(found, lambda trial: trial.gap, plain, margin)
         return sorted(found, key=lambda trial: trial is not first)
 
     def _further(self, model: Model, least: float, without: float) -> Model:

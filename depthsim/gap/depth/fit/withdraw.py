@@ -34,7 +34,9 @@ def unsupported(validator: Validator, selecting: Validator, selection: Selection
     for number in reversed(range(len(model.parts))):
         less = validator, model.less(number).build(base)
         closes = (validator.quick(less[1]) - validator.quick(full[1])) / whole
-        if closes > 0 and closed_error(start, less, full) <= max(validator.config.unknown, closes):
+        sure = closes > 0 and closed_error(start, less, full) <= max(validator.config.unknown, closes)
+        # What begins late, or is seen in few frames, closes nothing in others.
+        if sure or (closes > 0 and _harms_none(validator, less[1], full[1])):
             if closes >= faint or _shows_for_sure(validator, selection, number):
                 continue
             why = "closes next to nothing beside the others"
@@ -206,14 +208,21 @@ def _is_left(validator: Validator, selection: Selection, first: Cut) -> bool:
 def unsure(validator: Validator, selection: Selection, before: Score) -> Selection:
     """Without any cause, where the frames differ so much that together they may close nothing.
 
-    Of few blocks an interval is wide: they stay if they close some of the gap in every one.
+    Of few blocks an interval is wide: they stay if they make it larger in none.
     """
     base = validator.evidence.base
-    gap, left = (_by_block(validator, effects) for effects in (base, selection.model.build(base)))
-    if (left <= (1 - validator.evidence.config.select.further) * gap).all():
+    if _harms_none(validator, base, selection.model.build(base)):
         return selection
     shares = credit(validator, base, selection.model)
     return _refused(validator, selection, before, shares, "closes something on some frames, and on others nothing")
+
+
+def _harms_none(validator: Validator, less: Sequence[Effect], full: Sequence[Effect]) -> bool:
+    """Whether a cause that ``full`` has and ``less`` has not makes the gap larger in no block of frames, or hardly so:
+    by little of what it closes on average.
+    """
+    closes = _by_block(validator, less) - _by_block(validator, full)
+    return bool(closes.min() >= -validator.evidence.config.select.near_of_cause * closes.mean())
 
 
 def _by_block(validator: Validator, effects: Sequence[Effect]) -> NDArray[np.float64]:
