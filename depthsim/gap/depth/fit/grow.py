@@ -113,6 +113,9 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     if search.makes_steps(trial.model):  # which nothing else does, however little it closes
         return True
     if chain.model is None:
+        # Those of its kind that were refused do not make room for it.
+        refused = [c for step in chain.looked[:1] for c in step if not _is_other_kind(trial, c)]
+        others += [c for c in refused if c.newest.effect != trial.newest.effect]
         most = max((gap - c.gap for c in others), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
