@@ -176,6 +176,20 @@ def test_the_margins_of_the_shadow() -> None:
     assert abs(np.corrcoef(left[shadow], right[shadow])[0, 1]) < 4 / np.sqrt(len(left))
 
 
+def test_what_is_lost_of_the_object_itself() -> None:
+    """By the same law, beside its shadow and nowhere else; never the wall behind it."""
+    exact = holes(StereoShadow(share=1, left=0, right=0))
+    inner = StereoShadow(share=1, left=0, right=0, inside=3)
+    lost = np.concatenate([(holes(inner, index=n) & ~exact)[::12] for n in range(200)])
+    assert not lost[:, :LEFT].any() and not lost[:, RIGHT:].any()
+    width = lost.sum(axis=1)
+    assert (lost[:, LEFT : LEFT + 12] == (np.arange(12) < width[:, None])).all()
+    u = np.linspace(0, 1, 100_001)[1:-1]
+    law = np.floor(3 * np.minimum(np.sqrt(u / (1 - u)), 4) + 0.5)
+    for least in range(1, 8):
+        assert abs(z_score((width >= least).sum(), np.full(width.size, (law >= least).mean()))) < 4.5, least
+
+
 def test_a_margin_never_eats_the_foreground() -> None:
     wide = holes(StereoShadow(share=1, left=20, right=20))
     assert not wide[:, LEFT:RIGHT].any() and wide[:, LEFT - 20 : LEFT].mean() > 0.8

@@ -36,7 +36,9 @@ def _begins(d, seen, step):
 
 
 @kernel
-def _lose_hidden(start, stop, width, share, left, right, step, focal_baseline, uniform, turn, clean, right_sees, depth):
+def _lose_hidden(
+    start, stop, width, share, left, right, inside, step, focal_baseline, uniform, turn, clean, right_sees, depth
+):
     """Rows ``start`` to ``stop``, in pixels."""
     row_disparity = np.empty(width + 1, np.float32)
     for at in range(start, stop, width):
@@ -67,6 +69,10 @@ def _lose_hidden(start, stop, width, share, left, right, step, focal_baseline, u
                             if d[k] > near:
                                 break
                             measured[k] = _ZERO
+                        for k in range(u, min(u + _hole_width(inside, draw[(u - 1) // _COLUMNS]), width)):
+                            if d[k] <= near:
+                                break
+                            measured[k] = _ZERO
                     first = -1
                 if 0 < u < width and d[u - 1] > d[u] + step and chance[u // _COLUMNS] < share:
                     for k in range(u, min(u + _hole_width(right, draw[u // _COLUMNS]), width)):
@@ -80,8 +86,9 @@ class StereoShadow(Effect):
 
     The shadow lies left of the object and is as wide as the disparity's step, plus a margin; on the object's right, and
     left of one that is narrower than the step, both imagers see the background, and there is a narrow margin alone,
-    because the matching window is on both sides of the edge. Open background, where nothing is hit, hides nothing. A
-    margin is median·√(u / (1 - u)), u uniform, at most four medians; it is drawn for patches of 12 rows and 32 columns.
+    because the matching window is on both sides of the edge. Some matchers lose the object's own pixels beside its
+    shadow, too. Open background, where nothing is hit, hides nothing. A margin is median·√(u / (1 - u)), u uniform, at
+    most four medians; it is drawn for patches of 12 rows and 32 columns.
     """
 
     id: ClassVar[str] = "stereo_shadow"
@@ -120,6 +127,15 @@ class StereoShadow(Effect):
         source=f"{_MEASURED}: quartiles 2, 3, 6; 3.5 % have none",
         starts=(0.5,),
     )
+    inside: float = parameter(
+        0.0,
+        low=0,
+        high=20,
+        unit="px",
+        about="median of what is lost of the object itself, beside its shadow",
+        source="none: for matchers that invalidate what is around a shadow, too",
+        starts=(0.5,),
+    )
     step: float = parameter(
         1.0,
         low=0.1,
@@ -139,9 +155,9 @@ class StereoShadow(Effect):
         patches = -(-frame.camera.height // _ROWS), -(-width // _COLUMNS)
         uniform, turn = (draws.uniform(patches, stream) for stream in (0, 1))
         frame.run(
-            _lose_hidden, width, _f(self.share), _f(self.left), _f(self.right), _f(self.step),
-            _f(frame.camera.focal_baseline), uniform, turn, frame.geometry.depth.reshape(-1), seen.reshape(-1),
-            frame.depth.reshape(-1), multiple=width,
+            _lose_hidden, width, _f(self.share), _f(self.left), _f(self.right), _f(self.inside),
+            _f(self.step), _f(frame.camera.focal_baseline), uniform, turn, frame.geometry.depth.reshape(-1),
+            seen.reshape(-1), frame.depth.reshape(-1), multiple=width,
         )  # fmt: skip
 
 
