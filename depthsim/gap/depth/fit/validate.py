@@ -17,7 +17,7 @@ from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")
-_REMEMBERED = 24
+_REMEMBERED = 12
 """Sensors whose simulated recordings are kept, those that were last asked for."""
 
 
