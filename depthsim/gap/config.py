@@ -154,6 +154,9 @@ class DepthSelect(Section):
     tied: float = _value(0.01, "difference of what two close, below which they are ties, however sure it is")
     near: float = _value(0.15, "difference of what two close, above which they are no rivals for a tie")
     near_of_cause: float = _value(0.3, "the same as a part of what the better one closes")
+    harms: float = _value(
+        0.3, "of what causes close on average, by which they may leave more in a block of frames, however unsure it is"
+    )
 
 
 class DepthAgreement(Section):

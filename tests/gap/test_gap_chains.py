@@ -252,3 +252,30 @@ def test_what_is_left_stands_out_where_it_was_fitted_too(held_out: float, fitted
         config=DepthConfig(), base=(), _fitted_on=SimpleNamespace(score=lambda _: score(fitted_on))
     )
     assert Fitting.leaves(cast("Fitting", fitting), model(), score(held_out)) is left
+
+
+@pytest.mark.parametrize(("refused", "enough"), [("spatial_filter", False), ("material_noise", True)])
+def test_what_was_refused_leaves_no_room_for_a_lesser_name_of_its_kind(refused: str, enough: bool) -> None:
+    search = cast(
+        "Search",
+        SimpleNamespace(
+            config=DepthConfig(), whole=1.0, before=1.0, base=(), makes_steps=lambda of: False,
+            validator=SimpleNamespace(score=lambda effects: SCORE),
+        ),
+    )  # fmt: skip
+    lesser = Trial(Model((Candidate("spatial_correlation", (), {"x": 1.0, "y": 1.0}, ((),)),), np.empty(0)), 0.9)
+    begun = chain(1.0)
+    begun.model, begun.looked = None, [(Trial(model(refused), 0.4), lesser)]
+    assert grow._closes_enough(search, begun, lesser, [lesser]) is enough
+
+
+@pytest.mark.parametrize(
+    ("effect", "kinds"),
+    [
+        ("spatial_filter", ["correlation", "spread"]),
+        ("temporal_correlation", ["correlation"]),
+        ("baseline_scale", ["bias"]),
+    ],
+)
+def test_a_filter_takes_spread_away_by_a_formula_of_its_own(effect: str, kinds: list[str]) -> None:
+    assert grow._formula_of(effect) == kinds

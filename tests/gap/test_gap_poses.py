@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from shapes import Array
 
 from depthsim.gap import Diagnosis, diagnose
 from depthsim.gap.depth.data.load import load_evidence
+from depthsim.gap.depth.data.registration import Registration
 from depthsim.gap.depth.diagnose import investigate
+from depthsim.gap.depth.fit import poses
 from depthsim.gap.depth.fit.poses import register_frames
 from depthsim.gap.depth.report.write import write_report
 from depthsim.gap.report import words
@@ -168,3 +171,18 @@ def test_a_pattern_is_named_with_its_grid(scene: Scene, tmp_path: Path) -> None:
     assert text.count("    - [") == len(grid) > 2
     page = (tmp_path / "report" / "index.html").read_text()
     assert str(grid[1][1]) not in page
+
+
+@pytest.mark.parametrize(("registered", "whole", "nearer"), [(1.05, 9.0, True), (1.2, 0.4, True), (1.2, 0.6, False)])
+def test_frames_beside_a_turned_mount_are_judged_without_it(
+    monkeypatch: pytest.MonkeyPatch, registered: float, whole: float, nearer: bool
+) -> None:
+    """Of a gap of 1 as it is; whole: where what is alike in all frames is taken off, too."""
+
+    def judge(gap: float) -> Any:
+        return SimpleNamespace(quick=lambda base: gap, evidence=SimpleNamespace(base=()), blocks=[0])
+
+    monkeypatch.setattr(poses, "_registered", lambda given, found, constant: whole if constant else None)
+    monkeypatch.setattr(poses, "Validator", lambda evidence, blocks: judge(evidence))
+    found = poses.Poses(cast("Registration", None), None, judge(0).evidence)
+    assert found.bring_nearer(judge(1.0), judge(registered)) is nearer

@@ -171,7 +171,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
         errors, poses = register_frames(given)
         if poses is not None:
             registered = _parts(poses.evidence)
-            if not poses.help(recorded, registered[0]):
+            if not poses.bring_nearer(recorded, registered[0]):
                 poses = None
             else:
                 given.forget(given.test)

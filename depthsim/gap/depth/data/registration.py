@@ -62,7 +62,7 @@ class Registration:
         """
         if self.errors.is_none:
             return run
-        corrections = self.corrections + np.nan_to_num(self.errors.constant) * constant
+        corrections = self.corrections + (np.nan_to_num(self.errors.constant) if constant else 0)
         trajectory, truth = (_corrected(p, self.stamps, corrections) for p in (run.trajectory, run.truth))
         return replace(run, trajectory=trajectory, truth=truth)
 

@@ -114,9 +114,9 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         return True
     if chain.model is None:
         # Those of its kind that were refused do not make room for it.
-        refused = [c for step in chain.looked[:1] for c in step if not _is_other_kind(trial, c)]
-        others += [c for c in refused if c.newest.effect != trial.newest.effect]
-        most = max((gap - c.gap for c in others), default=0.0)
+        alike = [c for step in chain.looked[:1] for c in step if not _is_other_kind(trial, c)]
+        rivals = [*others, *(c for c in alike if c.newest.effect != trial.newest.effect)]
+        most = max((gap - c.gap for c in rivals), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
     if _is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:

@@ -34,13 +34,17 @@ _SURE = 3.0
 @dataclass(frozen=True)
 class Poses:
     """What registration found. held: the errors that the simulator's poses have; evidence: the registered frames,
-    whose simulator has right poses. registration: of the frames as they were given.
+    whose simulator has right poses.
     """
 
-    errors: PoseErrors
+    registration: Registration
     held: PoseNoise | None
     evidence: Evidence
-    registration: Registration
+
+    @property
+    def errors(self) -> PoseErrors:
+        """What the recording's poses are off by."""
+        return self.registration.errors
 
     @property
     def are_as_held(self) -> bool:
@@ -56,18 +60,16 @@ class Poses:
             return (self.errors.effect(),)
         return () if self.held is None else (self.held,)
 
-    def help(self, recorded: Validator, registered: Validator) -> bool:
+    def bring_nearer(self, recorded: Validator, registered: Validator) -> bool:
         """Whether the frames are nearer to the scene once they are registered, or no farther.
 
         What a filter in time leaves behind moves like a pose that is off, and is none. Beside a mount that is turned,
         which is left in, no frame may be nearer than before: then that is taken off as well, for this question alone.
         """
-        given, base = recorded.evidence, self.evidence.base
-        before = recorded.quick(given.base)
+        base, before = self.evidence.base, recorded.quick(recorded.evidence.base)
         if registered.quick(base) <= _WORSE * before:
             return True
-        run = self.registration.applied(given.run, constant=True)
-        whole = Evidence(run, given.scene, given.materials, base, given.threads, given, given.config)
+        whole = _registered(recorded.evidence, self.registration, constant=True)
         return Validator(whole, registered.blocks).quick(base) < _NEARER * before
 
     def note(self, is_cause: bool) -> str:
@@ -99,9 +101,13 @@ def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
     others = errors.are_of_time or errors.are_of_disparity
     if errors.is_unknown or others or (errors.is_none and (held is None or held.is_neutral)):
         return errors, None
-    run, base = found.applied(given.run), without_errors(given.base)
-    registered = Evidence(run, given.scene, given.materials, base, given.threads, given, given.config)
-    return errors, Poses(errors, held, registered, found)
+    return errors, Poses(found, held, _registered(given, found))
+
+
+def _registered(given: Evidence, found: Registration, constant: bool = False) -> Evidence:
+    """The frames of ``given`` where they fit the scene. constant: see :meth:`Registration.applied`."""
+    run, base = found.applied(given.run, constant), without_errors(given.base)
+    return Evidence(run, given.scene, given.materials, base, given.threads, given, given.config)
 
 
 def without_errors(effects: Sequence[Effect]) -> tuple[Effect, ...]:

@@ -34,9 +34,11 @@ def unsupported(validator: Validator, selecting: Validator, selection: Selection
     for number in reversed(range(len(model.parts))):
         less = validator, model.less(number).build(base)
         closes = (validator.quick(less[1]) - validator.quick(full[1])) / whole
-        sure = closes > 0 and closed_error(start, less, full) <= max(validator.config.unknown, closes)
         # What begins late, or is seen in few frames, closes nothing in others.
-        if sure or (closes > 0 and _harms_none(validator, less[1], full[1])):
+        if closes > 0 and (
+            closed_error(start, less, full) <= max(validator.config.unknown, closes)
+            or _harms_none(validator, less[1], full[1])
+        ):
             if closes >= faint or _shows_for_sure(validator, selection, number):
                 continue
             why = "closes next to nothing beside the others"
@@ -222,7 +224,7 @@ def _harms_none(validator: Validator, less: Sequence[Effect], full: Sequence[Eff
     by little of what it closes on average.
     """
     closes = _by_block(validator, less) - _by_block(validator, full)
-    return bool(closes.min() >= -validator.evidence.config.select.near_of_cause * closes.mean())
+    return bool(closes.min() >= -validator.evidence.config.select.harms * closes.mean())
 
 
 def _by_block(validator: Validator, effects: Sequence[Effect]) -> NDArray[np.float64]:
