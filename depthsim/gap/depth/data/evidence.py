@@ -116,9 +116,9 @@ class Evidence:
         frames = {int(i) for b in kept for i in self.blocks[b]}
         self.frames = {index: frame for index, frame in self.frames.items() if index in frames}
 
-    def centred(self, effects: Sequence[Effect]) -> "Evidence | None":
+    def centred(self, effects: Sequence[Effect], *, however_small: bool = False) -> "Evidence | None":
         """The same frames, with errors measured from the depth that the biases of ``effects`` make; None where these
-        are small.
+        are small, but ``however_small``.
 
         Beyond a bias of some times the spread nobody sees whether noise is stronger, or goes together.
         """
@@ -136,7 +136,7 @@ class Evidence:
 
         frames = [*self.frames]
         some = frames[:: max(1, len(frames) // 8)]
-        if np.mean([off for _, off in self.each(moved, some)]) < self.config.data.hidden:
+        if not however_small and np.mean([off for _, off in self.each(moved, some)]) < self.config.data.hidden:
             return None
         other = copy(self)
         expected = (depth for depth, _ in self.each(moved, frames))
@@ -288,7 +288,7 @@ class Evidence:
         def one(block: int) -> Counts:
             return self._count(block, (self.recorded(int(i)) for i in self.blocks[block]))
 
-        numbers = range(len(self.blocks))
+        numbers = [b for b, block in enumerate(self.blocks) if {*map(int, block)} <= self.frames.keys()]
         self.real = dict(zip(numbers, self.each(one, numbers), strict=True))
 
     def each(self, work: Callable[[int], T], blocks: Iterable[int]) -> list[T]:

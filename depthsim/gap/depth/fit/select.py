@@ -62,7 +62,7 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
 
 def select_more(validator: Validator, bank: Sequence[Candidate], found: Selection, say: Say) -> Selection | None:
     """Causes besides those of a selection from elsewhere, less noise and filters that do not show; None where nothing
-    is left.
+    is left, or its biases bring no pixel nearer, so that nothing is seen behind them.
 
     validator: see :meth:`Evidence.centred`. Further biases are none, nor noise beside a noise or where a bias is left,
     nor holes beside holes: so near to a large one, they are what its formula leaves.
@@ -70,7 +70,7 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
     evidence, model = validator.evidence, found.model
     before = model.build(evidence.base)
     left = validator.score(before)
-    if not left.stands_out(evidence.config.significance):
+    if not left.stands_out(evidence.config.significance) or left.gap >= validator.quick(evidence.base):
         return None
     if left.floor <= evidence.config.significance.least:  # no noise: what is left is how depths are rounded
         return found

@@ -18,7 +18,7 @@ from depthsim.gap.selection import Refused
 from depthsim.sensor.effect import Effect, effect_class
 from depthsim.sensor.effects.extrinsics import ExtrinsicRotation, TimeOffset
 
-_PLACES = {"image_position", "surface"}
+_PLACES, _LINES = {"image_position", "surface"}, {"image_column", "image_row"}
 _NEIGHBOURS = {"pixel_neighbours", "frame_neighbours"}
 
 
@@ -185,13 +185,18 @@ def _acts_elsewhere(selection: Selection, shares: Sequence[float], first: Cut) -
 def _first(where: Sequence[Cut], selection: Selection) -> Cut | None:
     """Where the gap lies first, but for places: where the camera hardly moves, whatever is in a scene has one.
 
-    Unless a cause is known by them. Where the camera stands still every axis is one of places. That holes go together
-    says what they are, and not where.
+    Unless a cause of that kind is known by them. Rows or columns that come after a place in the picture are where that
+    is. Where the camera stands still every axis is one of places. That holes go together says what they are, and not
+    where.
     """
-    known_by = {name for part in selection.model.parts for name in effect_class(part.effect).axes[:1]}
-    of_holes = [cut for cut in where if cut.what == "missing" and cut.axis in _NEIGHBOURS]
-    anywhere = (cut for cut in where if not _PLACES - known_by & cut.names and cut not in of_holes)
-    return next(anywhere, where[0] if where else None)
+    causes = [effect_class(part.effect) for part in selection.model.parts]
+    places = _PLACES | (_LINES if any(cut.axis == "image_position" for cut in where[:1]) else set())
+
+    def is_place(cut: Cut) -> bool:
+        known_by = {name for one in causes if cut.what in one.kinds for name in one.axes[:1]}
+        return bool((places - known_by) & cut.names) or (cut.what == "missing" and cut.axis in _NEIGHBOURS)
+
+    return next((cut for cut in where if not is_place(cut)), where[0] if where else None)
 
 
 def _acts_where_as_much_lies(validator: Validator, selection: Selection, first: Cut, where: Sequence[Cut]) -> bool:
