@@ -20,6 +20,7 @@ from depthsim.gap.depth.fit.changes import (
     against,
     done_by,
     first_axis,
+    holes_of,
     less_others,
     worth_of,
 )
@@ -76,8 +77,10 @@ def goes_together(validator: Validator, effect: type[Effect], before: Effects, a
 
 
 def _asked(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> Asked:
-    gap, left = validator.once(against, before), validator.once(against, after)
-    return Asked(validator, effect, before, gap, left, validator.once(done_by, before, after), False, False, False)
+    gap, left, does = validator.once(against, before), validator.once(against, after), done_by
+    everywhere = effect.kinds[0] == "missing" and not effect.axes
+    less = everywhere and validator.once(holes_of, after) < validator.once(holes_of, before)
+    return Asked(validator, effect, before, gap, left, validator.once(does, before, after), False, False, False, less)
 
 
 def disagreement(
@@ -130,6 +133,8 @@ def _answers(asked: Asked, k: int) -> bool:
     """Whether a kind of gap is one that the effect makes, and makes much of."""
     kind, effect, least = KINDS[k], asked.effect, asked.limit.acts
     primary = kind == effect.kinds[0]
+    if asked.learned and not primary and any(cause.kinds[0] == kind for cause in asked.named):
+        return False  # what is left is by the formula of that one
     if kind == "tail":  # edges that lie elsewhere make tails, too
         return primary
     if effect.kinds[0] == "tail" and asked.gap.whole[k] < least * asked.gap.whole[ALL]:  # it has some spread
@@ -141,6 +146,8 @@ def _answers(asked: Asked, k: int) -> bool:
 def _of_kind(asked: Asked, k: int) -> str | None:
     """Why the effect is none for one kind of gap."""
     primary = KINDS[k] == asked.effect.kinds[0]
+    if primary and asked.takes_away:
+        return rules.leaves_level(asked, k)
     why = rules.leaves(asked, k) or (rules.is_of(asked, k) if primary else None)
     if why is None and asked.alone and (primary or not asked.closes_well):
         why = rules.leaves_elsewhere(asked, k)

@@ -19,7 +19,8 @@ WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "tail": "tai
 class Asked:
     """An effect that may be a cause. before: the others; gap, left: without and with it; does: what it changes.
 
-    alone, flexible: see :func:`agreement.disagreement`. closes_well: whether it closes most of the gap.
+    alone, flexible: see :func:`agreement.disagreement`. closes_well: whether it closes most of the gap. takes_away:
+    whether it makes holes everywhere, and ``before`` has more of it: how others change is not for it to say.
     """
 
     validator: Validator
@@ -31,6 +32,7 @@ class Asked:
     alone: bool
     flexible: bool
     closes_well: bool
+    takes_away: bool = False
 
     def of(self, gap: Changes, left: Changes) -> "Asked":
         """The same, asked for a part of the gap."""

@@ -55,6 +55,15 @@ def done_by(validator: Validator, before: Effects, after: Effects) -> Changes:
     return _changes(validator, _runs(validator, after)[0], _runs(validator, before))
 
 
+def holes_of(validator: Validator, effects: Effects) -> float:
+    """The share of pixels without depth that a sensor has."""
+    evidence, run = validator.evidence, _runs(validator, effects)[0].sum(axis=0)
+    number = next(n for n, axis in enumerate(evidence.axes) if axis.kind == histograms.ERROR)
+    begin, bins = int(evidence.offsets[number]), int(histograms.BINS[histograms.ERROR])
+    cells = run[begin : begin + evidence.axes[number].size * bins].reshape(-1, bins).astype(np.float64)
+    return float(moments(cells.sum(axis=0, keepdims=True)).holes[0])
+
+
 def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[str]]]:
     """Kinds of which there is much of the gap, and the names of the axis along which each changes most."""
     gap, limit = validator.once(against, effects), validator.evidence.config.agreement

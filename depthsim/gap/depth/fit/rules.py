@@ -89,6 +89,13 @@ def leaves(asked: Asked, k: int) -> str | None:
     return None
 
 
+def leaves_level(asked: Asked, k: int) -> str | None:
+    """Whether too much is left of what a kind of gap has in the mean, however it changes."""
+    axis = int(np.argmax(asked.gap.mean[k]))
+    share = float(asked.left.mean[k, axis] / max(asked.gap.mean[k, axis], 1e-12))
+    return f"leaves {share:.0%} of the {WORDS[KINDS[k]]}" if share > asked.limit.left_of_uniform else None
+
+
 def _in_scene(asked: Asked, worth: NDArray[np.float64], first: int) -> int:
     """The axis of the scene in place of one of the picture that explains as much: a camera that hardly turns sees the
     same surfaces at the same places, and what acts on surfaces is known by these."""
