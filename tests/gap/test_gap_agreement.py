@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from depthsim.gap import diagnose
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.histograms import ERROR_HOLE
-from depthsim.gap.depth.fit import marks, rules
+from depthsim.gap.depth.fit import agreement, marks, rules
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import KINDS, Changes, _scaled, less_others
 from depthsim.gap.depth.fit.search import worth_a_look
@@ -199,6 +199,25 @@ def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: f
         assert (rules.leaves(one, HOLES) is None) == (left <= bound.left_along)
     alone = asked("material_dropout", gap, one.left, does)
     assert "along range" in str(rules.leaves(alone, HOLES))
+
+
+@given(st.floats(0, 1))
+def test_a_sensor_with_too_many_holes_everywhere_is_asked_for_their_number(left: float) -> None:
+    """Of the few that the recording has it is not the one to say how they change."""
+    gap, rest = changes(HOLES, 0.0625, [0.03125, 0, 0]), changes(HOLES, 0.0625 * left, [0.03125, 0, 0])
+    one = asked("fill_rate", gap, rest, gap)
+    assert "along range" in str(agreement._of_kind(one, HOLES))
+    fewer = agreement._of_kind(replace(one, takes_away=True), HOLES)
+    assert (fewer is None) == (left <= DepthConfig().agreement.left_of_uniform)
+
+
+def test_a_learned_pattern_is_asked_for_no_spread_that_another_cause_makes() -> None:
+    gap = changes(SPREAD, 0.1, [0.05, 0, 0])
+    noise, scale = effect_class("disparity_noise")(), BaselineScale(scale=1.1)
+    assert agreement._answers(asked("fixed_pattern", gap, gap, gap), SPREAD)
+    assert agreement._answers(asked("fixed_pattern", gap, gap, gap, before=[scale]), SPREAD)
+    assert not agreement._answers(asked("fixed_pattern", gap, gap, gap, before=[noise]), SPREAD)
+    assert agreement._answers(asked("vignetting_noise", gap, gap, gap, before=[noise]), SPREAD)
 
 
 @given(st.floats(0, 1), st.floats(0, 1))

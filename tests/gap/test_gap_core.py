@@ -30,6 +30,7 @@ from depthsim.runs.generate import generate
 from depthsim.scene import Scene
 from depthsim.sensor import load_profile
 from depthsim.sensor.effect import effect_ids
+from depthsim.sensor.effects.calibration import BaselineScale
 from depthsim.sensor.effects.noise import DisparityNoise
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.parameter import Setting
@@ -234,6 +235,19 @@ def test_errors_are_measured_in_what_is_smaller_by_far(tmp_path: Path) -> None:
     assert np.median(other.spread / own.spread) == pytest.approx(1, abs=0.15)
     less = load_evidence(tmp_path / "run", None, (DisparityNoise(sigma=0.07),))[0].cuts
     assert np.median(less.spread / own.spread) == pytest.approx(1.4, abs=0.15)
+
+
+def test_frames_are_measured_from_a_bias_that_is_small_and_whose_others_are_let_go(tmp_path: Path) -> None:
+    """Registered frames that are measured behind a bias are compared with the frames as they were, from there, too."""
+    base, scale = (DisparityNoise(sigma=0.05),), BaselineScale(scale=1.0005)
+    camera = preset("d435", 160, 120, rate=3.0)
+    generate("office", None, camera, (*base, scale), tmp_path / "run", frames=12, seed=2, streams=("depth",), threads=1)
+    evidence, _ = load_evidence(tmp_path / "run", None, base)
+    evidence.forget(evidence.test)
+    assert evidence.centred((*base, scale)) is None
+    moved = evidence.centred((*base, scale), however_small=True)
+    assert moved is not None and set(moved.real) == set(evidence.test) < set(range(len(evidence.blocks)))
+    assert all(frame.expected is not None for frame in moved.frames.values())
 
 
 @pytest.mark.parametrize("count", [2, 3, 7, 10, 40, 41, 300, 10_000])

@@ -40,6 +40,21 @@ def cut(axis: str, what: Any) -> Cut:
         (["ambient_light"], [("surface", "spread"), ("image_column", "spread")], 0.9, 1.0, True),  # known by surfaces
         (["motion_noise"], [("surface", "spread"), ("image_column", "spread")], 0.9, 1.0, False),
         (["motion_noise"], [("surface", "spread"), ("motion", "spread")], 0.9, 1.0, True),
+        # Columns behind a place in the picture are that place, also beside holes that are known by columns.
+        (
+            ["disparity_noise", "invalid_band"],
+            [("image_position", "spread"), ("image_column", "spread"), ("range", "spread")],
+            0.9,
+            1.0,
+            True,
+        ),
+        (
+            ["disparity_noise"],
+            [("image_column", "spread"), ("image_position", "spread"), ("range", "spread")],
+            0.9,
+            1.0,
+            False,
+        ),
         (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.9, 1.0, False),
         (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.97, 1.0, True),  # as much lies there
         (["ambient_light"], [("incidence", "spread"), ("height", "bias")], 0.97, 1.0, False),
