@@ -122,7 +122,7 @@ class DepthSelect(Section):
         0.02, "that a cause must close beside errors of the poses: registered frames have some of these left"
     )
     least: float = _value(
-        0.005, "that a cause must close beside a later one, or it is dropped, and a further bias or noise beside one"
+        0.005, "that a cause must close beside a later one, or it is dropped, and more bias, noise or holes beside such"
     )
     stays: float = _value(
         0.7,

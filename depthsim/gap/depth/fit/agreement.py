@@ -77,10 +77,11 @@ def goes_together(validator: Validator, effect: type[Effect], before: Effects, a
 
 
 def _asked(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> Asked:
-    gap, left, does = validator.once(against, before), validator.once(against, after), done_by
-    everywhere = effect.kinds[0] == "missing" and not effect.axes
-    less = everywhere and validator.once(holes_of, after) < validator.once(holes_of, before)
-    return Asked(validator, effect, before, gap, left, validator.once(does, before, after), False, False, False, less)
+    gap, left = validator.once(against, before), validator.once(against, after)
+    asked = Asked(validator, effect, before, gap, left, validator.once(done_by, before, after), False, False, False)
+    if effect.kinds[0] != "missing" or effect.axes or any("missing" in cause.kinds for cause in asked.named):
+        return asked
+    return replace(asked, takes_away=validator.once(holes_of, after) < validator.once(holes_of, before))
 
 
 def disagreement(

@@ -20,7 +20,8 @@ class Asked:
     """An effect that may be a cause. before: the others; gap, left: without and with it; does: what it changes.
 
     alone, flexible: see :func:`agreement.disagreement`. closes_well: whether it closes most of the gap. takes_away:
-    whether it makes holes everywhere, and ``before`` has more of it: how others change is not for it to say.
+    whether it makes holes everywhere, as no other cause does, and ``before`` has more of it: how those change that the
+    recording has is not for it to say.
     """
 
     validator: Validator

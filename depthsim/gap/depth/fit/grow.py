@@ -123,7 +123,7 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         return False
     kind = effect_class(trial.newest.effect).kinds[0]
     named = {one for name in chain.named for one in _formula_of(name)}
-    if kind in ("bias", "spread") and kind in named and gained < limit.least * search.whole:
+    if kind in ("bias", "spread", "missing") and kind in named and gained < limit.least * search.whole:
         return False  # as much is left by the formula of the first
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
     # With so many parameters it takes up some of what the formulas of others leave, and is a cause if that is all.
@@ -141,7 +141,7 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     along = search.left_along(trial.model)
     learned = learned_of(effect_class(trial.newest.effect))  # as much as other frames say for sure is there
     acts = along is not None and (bool(learned) or along <= limit.left_alone)
-    acts = acts or (not effect_class(trial.newest.effect).axes and search.acts(trial.model))
+    acts = acts or (not effect_class(trial.newest.effect).axes and kind not in named and search.acts(trial.model))
     return all(_stays(search, gap, trial, other) or (acts and not search.acts(other.model)) for other in others)
 
 

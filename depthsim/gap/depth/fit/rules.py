@@ -199,27 +199,36 @@ def leaves_crossed(asked: Asked, k: int) -> str | None:
 def leaves_geometry(asked: Asked, k: int) -> str | None:
     """Whether an effect that has no other formula leaves some of how biases change along an axis of no other cause.
 
-    Such as a turned mount for a principal point that is off.
+    Such as a turned mount for a principal point that is off; or along the range, if that is its only axis: an offset of
+    the disparities for a scale that is wrong.
     """
     if not asked.effect.exact or KINDS[k] != "bias":
         return None
     sure, worth = worth_of(asked.validator, asked.gap, k)
     first = int(np.argmax(worth))
-    if not sure[first] or asked.others(first, k):
-        return None
-    share = asked.surely_left(k, first)
-    return f"leaves {share:.0%} of how {asked.change_along(k, first)}" if share > asked.limit.left_by_exact else None
+    asks = {first: asked.limit.left_by_exact} if sure[first] and not asked.others(first, k) else {}
+    if asked.effect.axes == ("range",):
+        much = sure & asked.own & (asked.gap.varies[k] >= asked.limit.known_by * asked.gap.whole[k])
+        asks |= {int(n): asked.limit.near_floor for n in np.flatnonzero(much) if n not in asks}
+    for axis, most in asks.items():
+        share = asked.surely_left(k, axis)
+        if share > most:
+            return f"leaves {share:.0%} of how {asked.change_along(k, axis)}"
+    return None
 
 
 def brings(asked: Asked, k: int) -> str | None:
     """Whether an effect makes biases change along an axis of its own, where the recording's do not.
 
-    Such as an offset of the disparities for a scale that is wrong, which has another shape along the range.
+    Such as an offset of the disparities for a scale that is wrong, which has another shape along the range. But at
+    edges, where what moves pixels by another formula has other medians, if it is not known by them.
     """
     if KINDS[k] != "bias" or asked.learned:
         return None
     gap, left, limit = asked.gap, asked.left, asked.limit
-    more = np.where(asked.own, left.varies[k] - np.maximum(gap.varies[k], 0) - limit.sure * left.chance[k], 0)
+    at_edges = ["edge_distance" in axis.names for axis in asked.validator.evidence.axes]
+    own = asked.own & (np.array(asked.effect.axes[:1] == ("edge_distance",)) | ~np.array(at_edges))
+    more = np.where(own, left.varies[k] - np.maximum(gap.varies[k], 0) - limit.sure * left.chance[k], 0)
     axis = int(np.argmax(more))
     if more[axis] <= limit.brought * asked.does.whole[k]:
         return None

@@ -133,7 +133,10 @@ def acting_elsewhere(
     shares = credit(validator, validator.evidence.base, selection.model)
     if not _acts_elsewhere(selection, shares, first):
         return selection
-    if closed >= validator.evidence.config.agreement.nearly_all and (
+    limit, causes = validator.evidence.config.agreement, map(effect_class, (p.effect for p in selection.model.parts))
+    # What has no other formula has been asked for all that it leaves along its own axes.
+    exact = all(one.exact for one in causes if one.kinds[0] == first.what)
+    if closed >= (limit.well if exact and first.what == "bias" else limit.nearly_all) and (
         _acts_where_as_much_lies(validator, selection, first, where) or not _is_left(validator, selection, first)
     ):
         return selection
