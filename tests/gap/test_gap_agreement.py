@@ -201,6 +201,29 @@ def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: f
     assert "along range" in str(rules.leaves(alone, HOLES))
 
 
+@given(st.floats(0, 1), st.sampled_from(["baseline_scale", "disparity_offset"]))
+def test_a_law_of_the_range_leaves_next_to_nothing_along_it(left: float, effect: str) -> None:
+    """Where most of the change is along something else than the range, by which other laws come near, too."""
+    gap, limit = changes(BIAS, 0.125, [0.03125, 0.0625, 0.03125]), DepthConfig().agreement
+    one = asked(effect, gap, changes(BIAS, 0.0, [0.03125 * left, 0, 0]), gap)
+    assert (rules.leaves_geometry(one, BIAS) is None) == (left <= limit.near_floor)
+    crossed = asked(effect, gap, changes(BIAS, 0.0, [0, 0, 0.03125 * left]), gap)
+    assert (rules.leaves_geometry(crossed, BIAS) is None) == (left <= limit.near_floor)
+    faint = changes(BIAS, 0.125, [0.001, 0.0625, 0.001])
+    assert rules.leaves_geometry(asked(effect, faint, changes(BIAS, 0.0, [0.001, 0, 0.001]), gap), BIAS) is None
+    other = asked("thermal_drift", gap, one.left, gap)  # has other formulas
+    assert rules.leaves_geometry(other, BIAS) is None
+
+
+def test_what_moves_pixels_by_another_formula_has_other_medians_at_edges() -> None:
+    edges = SimpleNamespace(name="edge_distance", names={"edge_distance"}, kind=0, size=8, single=True)
+    gap, left = changes(BIAS, 0.1, [0, 0, 0]), changes(BIAS, 0.0, [0.1, 0, 0])
+    for effect, brings in (("rolling_shutter", False), ("edge_fattening", True)):
+        one = asked(effect, gap, left, gap)
+        one.validator.evidence.axes = [edges, *AXES[1:]]  # type: ignore[list-item]
+        assert (rules.brings(one, BIAS) is not None) == brings
+
+
 @given(st.floats(0, 1))
 def test_a_sensor_with_too_many_holes_everywhere_is_asked_for_their_number(left: float) -> None:
     """Of the few that the recording has it is not the one to say how they change."""

@@ -35,6 +35,10 @@ def cut(axis: str, what: Any) -> Cut:
         (["fill_rate"], [("time", "missing")], 0.97, 1.0, False),  # it closes nearly all, and none of what comes first
         (["fill_rate"], [("time", "missing")], 0.97, 0.05, True),
         (["fill_rate"], [("time", "missing")], 0.9, 0.05, False),
+        (["intrinsics"], [("motion", "bias")], 0.9, 0.05, True),  # it has no other formula
+        (["intrinsics"], [("motion", "bias")], 0.9, 1.0, False),
+        (["intrinsics"], [("motion", "bias")], 0.7, 0.05, False),
+        (["lens_distortion"], [("motion", "bias")], 0.9, 0.05, False),
         (["fill_rate", "motion_noise"], [("time", "missing")], 0.9, 1.0, True),
         (["fill_rate", "max_range", "motion_noise"], [("time", "missing")], 0.9, 1.0, False),  # noise makes no holes
         (["ambient_light"], [("surface", "spread"), ("image_column", "spread")], 0.9, 1.0, True),  # known by surfaces
