@@ -48,6 +48,7 @@ class Setting:
     zoom: float | None = None
     turn: tuple[float, float, float] | None = None
     late: float | None = None
+    border: tuple[int, int, int, int] | None = None
 
     def depths(self, *shares: float) -> list[float]:
         """The depths [m] than which these shares of the pixels are nearer."""

@@ -32,7 +32,7 @@ WANTED = {
     "temporal_correlation", "heavy_tails", "stereo_shadow", "incidence_dropout", "range_dropout", "material_dropout",
     "specular_dropout", "ambient_light", "min_range", "max_range", "invalid_band", "flying_pixels", "edge_fattening",
     "spatial_filter", "pose_noise", "fixed_pattern", "decimation", "temporal_filter", "hole_filling", "align_to_color",
-    "matching_window", "intrinsics",
+    "matching_window", "intrinsics", "empty_border",
 }
 # fmt: on
 """The ids that files and other programs rely on."""
@@ -99,7 +99,7 @@ def effects(draw: st.DrawFn) -> Effect:
 
 
 def test_every_effect_that_was_promised_is_there() -> None:
-    assert set(effect_ids()) >= WANTED and len(WANTED) == 39
+    assert set(effect_ids()) >= WANTED and len(WANTED) == 40
 
 
 @pytest.mark.parametrize("effect_id", effect_ids())
@@ -187,6 +187,7 @@ STRENGTHS: dict[str, tuple[str, list[float], Any]] = {
     "min_range": ("depth", [0.9, 1.2, 2.0], holes),
     "max_range": ("depth", [3.9, 2.0, 1.2], holes),
     "invalid_band": ("margin", [2.0, 8.0, 20.0], holes),
+    "empty_border": ("share", [0.2, 0.6, 1.0], holes),
     "flying_pixels": ("rate", [0.05, 0.3, 1.0], spread),
     "edge_fattening": ("radius", [0.5, 2.0, 5.0], spread),
     "spatial_filter": ("alpha", [0.9, 0.6, 0.3], smoothness),
@@ -225,11 +226,21 @@ def test_holes_leave_every_other_pixel_as_it_was(effect_id: str) -> None:
 HOLES = ["fill_rate", "incidence_dropout", "material_dropout", "range_dropout", "specular_dropout", "stereo_shadow"]
 
 
-@pytest.mark.parametrize(("first", "second"), [*itertools.combinations([*HOLES, "invalid_band"], 2)])
+@pytest.mark.parametrize(("first", "second"), [*itertools.combinations([*HOLES, "invalid_band", "empty_border"], 2)])
 def test_two_kinds_of_holes_are_the_union_of_both(first: str, second: str) -> None:
     a, b = effect_class(first)(), effect_class(second)()
     lost = [m.depth == 0 for m in (measure(a), measure(b), measure(a, b))]
     assert np.array_equal(lost[0] | lost[1], lost[2])
+
+
+def test_a_border_is_empty_and_nothing_else_is() -> None:
+    border = effect_class("empty_border")(left=2, right=30, top=7, bottom=1)
+    lost = measure(border).depth == 0
+    assert not lost[7:-1, 2:-30].any()
+    assert lost.sum() == lost.size - lost[7:-1, 2:-30].size
+    rows = np.array([3, 8, 9, 70, 71])
+    part = Sensor(ROOM, CAMERA.window(rows), [border], MATERIALS).measure(np.eye(4))
+    assert np.array_equal(part.depth == 0, lost[rows])
 
 
 NOISES = ["disparity_noise", "incidence_noise", "vignetting_noise", "motion_noise", "ambient_light"]

@@ -17,6 +17,7 @@ from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data import counting, histograms
 from depthsim.gap.depth.data.axes import make_axes
 from depthsim.gap.depth.data.axis import Axis, frame_cells, layout
+from depthsim.gap.depth.data.border import Border, find_border
 from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.doubling import SMALLEST, find_doubling
@@ -203,6 +204,13 @@ class Evidence:
             return None
         some = self.train[:: max(1, len(self.train) // 8)]
         return find_doubling((self.recorded(int(i)) for b in some for i in self.blocks[b]), self.config.data)
+
+    @cached_property
+    def border(self) -> Border | None:
+        """What is empty at the border of every frame, though things as far away are seen elsewhere."""
+        some = [self.frames[int(i)] for b in self.train for i in self.blocks[b][:1] if int(i) in self.frames]
+        looked = ((frame.camera.rows, self.recorded(frame.index), frame.geometry.depth) for frame in some)
+        return find_border(looked, self.camera.height)
 
     def recorded(self, index: int) -> NDArray[np.uint16]:
         """(rows, width) the rows of a frame that are looked at, as the recording has them."""

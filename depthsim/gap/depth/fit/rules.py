@@ -315,9 +315,9 @@ def left_of_pairs(asked: Asked) -> float:
 def goes_together(asked: Asked) -> str | None:
     """Whether errors that an effect makes one by one go together in the recording, and no other cause makes them so.
 
-    Those of a pattern that is learned are as smooth as it is.
+    Those of a pattern that is learned are as smooth as it is, and geometry is the same for neighbours.
     """
-    if asked.learned or any(cause.kinds[0] == "correlation" for cause in asked.named):
+    if asked.learned or asked.effect.exact or any(cause.kinds[0] == "correlation" for cause in asked.named):
         return None
     if not asked.alone or asked.left.together <= asked.limit.together * asked.does.whole[ALL]:
         return None
