@@ -234,6 +234,17 @@ def test_a_sensor_with_too_many_holes_everywhere_is_asked_for_their_number(left:
     assert (fewer is None) == (left <= DepthConfig().agreement.left_of_uniform)
 
 
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [("disparity_noise", True), ("fill_rate", True), ("time_offset", False), ("empty_border", False)],
+)
+def test_what_is_alike_for_neighbours_is_not_made_one_by_one(effect: str, said: bool) -> None:
+    gap = changes(SPREAD, 0.1, [0.05, 0, 0])
+    left = replace(gap, together=0.05)
+    one = asked(effect, replace(gap, together=0.1), left, gap)
+    assert (rules.goes_together(one) is not None) == said
+
+
 def test_a_learned_pattern_is_asked_for_no_spread_that_another_cause_makes() -> None:
     gap = changes(SPREAD, 0.1, [0.05, 0, 0])
     noise, scale = effect_class("disparity_noise")(), BaselineScale(scale=1.1)

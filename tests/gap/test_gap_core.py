@@ -304,10 +304,12 @@ def test_the_bank_is_the_registry() -> None:
     setting = Setting(("cement", "wood"), np.linspace(0.5, 5, 12), 3.0, load_materials())
     base = load_profile("paper").effects
     bank = set(effect_ids()) - {"threshold_filter"}  # whose holes are those of min_range and max_range
-    # A pattern of a random shape is none of this recording's.
-    assert {h.effect for h in candidates(base, setting)} == bank - {"fixed_pattern"}
+    # A pattern of a random shape is none of this recording's, nor is a border that it has not.
+    assert {h.effect for h in candidates(base, setting)} == bank - {"fixed_pattern", "empty_border"}
     grid = ((0.1, 0.3), (0.0, -0.2))
-    setting = replace(setting, learned={"fixed_pattern": [{"amplitude": 0.1, "size": 30.0, "grid": grid}] * 2})
+    setting = replace(
+        setting, border=(0, 38, 34, 0), learned={"fixed_pattern": [{"amplitude": 0.1, "size": 30.0, "grid": grid}] * 2}
+    )
     found = candidates(base, setting)
     assert {h.effect for h in found} == bank
     learned, in_place = [h for h in found if h.effect == "fixed_pattern"]

@@ -62,6 +62,10 @@ def cut(axis: str, what: Any) -> Cut:
         (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.9, 1.0, False),
         (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.97, 1.0, True),  # as much lies there
         (["ambient_light"], [("incidence", "spread"), ("height", "bias")], 0.97, 1.0, False),
+        # Of holes where these are is asked, and not how errors go together.
+        (["empty_border"], [("pixel_neighbours", "correlation"), ("image_column", "missing")], 0.4, 1.0, True),
+        (["empty_border"], [("pixel_neighbours", "correlation"), ("range", "missing")], 0.4, 1.0, False),
+        (["empty_border"], [("pixel_neighbours", "correlation")], 0.4, 1.0, False),
         (["edge_fattening"], [("residual_tail", "tail")], 0.9, 1.0, True),
         (["baseline_scale"], [("residual_tail", "tail")], 0.9, 1.0, False),
         (["stereo_shadow"], [("frame_neighbours", "missing"), ("edge_distance", "missing")], 0.9, 1.0, True),

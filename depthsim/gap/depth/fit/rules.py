@@ -315,9 +315,10 @@ def left_of_pairs(asked: Asked) -> float:
 def goes_together(asked: Asked) -> str | None:
     """Whether errors that an effect makes one by one go together in the recording, and no other cause makes them so.
 
-    Those of a pattern that is learned are as smooth as it is, and geometry is the same for neighbours.
+    Biases are the same for neighbours, those of a pattern that is learned as smooth as it is, and so is geometry.
     """
-    if asked.learned or asked.effect.exact or any(cause.kinds[0] == "correlation" for cause in asked.named):
+    smooth = asked.effect.kinds[0] == "bias" or asked.effect.exact
+    if smooth or any(cause.kinds[0] == "correlation" for cause in asked.named):
         return None
     if not asked.alone or asked.left.together <= asked.limit.together * asked.does.whole[ALL]:
         return None

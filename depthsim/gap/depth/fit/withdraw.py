@@ -190,9 +190,11 @@ def _first(where: Sequence[Cut], selection: Selection) -> Cut | None:
 
     Unless a cause of that kind is known by them. Rows or columns that come after a place in the picture are where that
     is. Where the camera stands still every axis is one of places. That holes go together says what they are, and not
-    where.
+    where; of causes that make holes alone where these are is asked.
     """
     causes = [effect_class(part.effect) for part in selection.model.parts]
+    of_holes = [cut for cut in where if cut.what == "missing"]
+    where = of_holes if of_holes and all(one.kinds == ("missing",) for one in causes) else where
     places = _PLACES | (_LINES if any(cut.axis == "image_position" for cut in where[:1]) else set())
 
     def is_place(cut: Cut) -> bool:
