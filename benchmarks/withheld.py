@@ -71,6 +71,7 @@ def run(
     rivals: Annotated[bool, typer.Option(help="Ask the two rivals too.")] = True,
     remeasure: Annotated[bool, typer.Option(help="Measure the closed fraction again on fresh frames.")] = True,
     apart: Annotated[bool, typer.Option(help="Ask an independent test what an explained case leaves.")] = True,
+    alone: Annotated[bool, typer.Option(help="Of tier c diagnose each effect by itself, too.")] = True,
     frames: Annotated[int | None, typer.Option(help="In place of a random number.")] = None,
     size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in place of a random one.")] = None,
     seed: Annotated[int, typer.Option(help="Added to the seeds of the plan.")] = 0,
@@ -79,7 +80,7 @@ def run(
     """Diagnose the cases of some tiers, and print the tables."""
     console = Console()
     DepthConfig.varied(vary or [])  # refused here, not case by case
-    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure, apart, tuple(vary or ()))
+    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure, apart, tuple(vary or ()), alone)
     wanted: list[Wanted] = []
     for name in tier or list(TIERS):
         if name != "f":

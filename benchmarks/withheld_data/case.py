@@ -110,6 +110,15 @@ def write_case(case: Case, folder: Path) -> Path:
     return run
 
 
+def write_each_alone(case: Case, folder: Path) -> None:
+    """The same frames with one of the effects each: ``folder``/0, 1, ..., in the order of the truth."""
+    film, formulas = case.film, case.film.formulas
+    for number, formula in enumerate(formulas):
+        film.formulas = (formula,)
+        _write_run(film, folder / str(number), lambda index: film.units(film.make(index)))
+    film.formulas = formulas
+
+
 def write_fresh(case: Case, run: Path) -> Path:
     """The same camera on the same way once more, at twice the frame rate and with other random numbers."""
     film = case.film

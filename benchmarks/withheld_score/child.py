@@ -19,8 +19,16 @@ def main() -> None:
 
 
 def _make(order: dict[str, Any]) -> dict[str, Any]:
-    """The case's folder, and beside its run a fresh one for measuring again."""
-    from benchmarks.withheld_data.case import CannotBeSeen, Wanted, draw_case, truth, write_case, write_fresh
+    """The case's folder, and beside its run a fresh one for measuring again, or one with each of its effects."""
+    from benchmarks.withheld_data.case import (
+        CannotBeSeen,
+        Wanted,
+        draw_case,
+        truth,
+        write_case,
+        write_each_alone,
+        write_fresh,
+    )
 
     keys = order["wanted"]
     size = tuple(keys.pop("size")) if keys.get("size") else keys.pop("size", None)
@@ -33,6 +41,8 @@ def _make(order: dict[str, Any]) -> dict[str, Any]:
     write_case(case, folder)
     if order["fresh"]:
         write_fresh(case, folder / "fresh")
+    if order["alone"]:
+        write_each_alone(case, folder / "alone")
     return truth(case)
 
 

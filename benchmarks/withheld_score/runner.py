@@ -21,7 +21,9 @@ FOREVER = 3600
 
 @dataclass(frozen=True)
 class Settings:
-    """How cases are run. folder: of the results. keep: leave runs and reports on disk. vary: thresholds."""
+    """How cases are run. folder: of the results. keep: leave runs and reports on disk. alone: of several effects
+    diagnose each by itself, too. vary: thresholds.
+    """
 
     folder: Path
     jobs: int = 1
@@ -30,6 +32,7 @@ class Settings:
     remeasure: bool = True
     apart: bool = True
     vary: tuple[str, ...] = ()
+    alone: bool = True
 
 
 def run_cases(cases: Iterable[Wanted], settings: Settings, told: Callable[[dict[str, Any]], None]) -> None:
@@ -59,7 +62,9 @@ def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     fresh = settings.remeasure and wanted.tier == "a"
-    made = _child({"job": "make", "wanted": asdict(wanted), "folder": str(folder), "fresh": fresh}, folder)
+    alone = settings.alone and wanted.tier == "c"
+    order = {"job": "make", "wanted": asdict(wanted), "folder": str(folder), "fresh": fresh, "alone": alone}
+    made = _child(order, folder)
     record: dict[str, Any] = {"wanted": asdict(wanted)}
     if "error" in made or "not_seen" in made["answer"]:
         record |= {"error": made.get("error") or made["answer"]["not_seen"], "stage": "make"}
@@ -68,10 +73,27 @@ def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
     record["truth"] = made["answer"]
     without = tuple(made["answer"].get("without", ()))
     again = folder / "fresh" if fresh else None
+    if alone:
+        record["alone"] = _each_alone(record["truth"]["effects"], folder, settings)
     record = _judged(record, folder / "run", folder / "sensor.yaml", again, without, settings)
     if not settings.keep:
         shutil.rmtree(folder)
     return record
+
+
+def _each_alone(effects: list[dict[str, Any]], folder: Path, settings: Settings) -> dict[str, list[str]]:
+    """What is named where each of the effects is alone, by effect; nothing where that failed."""
+    found = {}
+    for number, one in enumerate(effects):
+        order: dict[str, Any] = {"run": str(folder / "alone" / str(number)), "sensor": str(folder / "sensor.yaml")}
+        order |= {"set": list(settings.vary), "without": [], "threads": _threads(settings)}
+        said = _child({"job": "diagnose", **order, "out": str(folder / "alone" / f"report_{number}")}, folder)
+        found[one["effect"]] = [cause["effect"] for cause in said.get("answer", {}).get("causes", [])]
+    return found
+
+
+def _threads(settings: Settings) -> int:
+    return max(1, (os.cpu_count() or 1) // settings.jobs)
 
 
 def _there(file: Path, settings: Settings) -> dict[str, Any] | None:
@@ -92,7 +114,7 @@ def _judged(
     order |= {
         "set": list(settings.vary),
         "without": list(without),
-        "threads": max(1, (os.cpu_count() or 1) // settings.jobs),
+        "threads": _threads(settings),
     }
     found = _child({"job": "diagnose", **order}, work)
     record |= {"seconds": found["seconds"], "peak_mb": found["peak_mb"], "set": list(settings.vary)}

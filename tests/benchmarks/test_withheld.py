@@ -112,7 +112,7 @@ def test_the_base_is_the_simulator():
     assert np.isnan(a).mean() == pytest.approx(np.isnan(b).mean(), abs=0.002)
 
 
-WITHOUT = {"threshold_filter", "matching_window"}
+WITHOUT = {"threshold_filter", "matching_window", "empty_border"}
 """What no withheld case is made of: it is done in one way only, or has no second formula yet."""
 
 
@@ -222,10 +222,14 @@ def test_scores():
     assert [count.good for count in score.coverage([good])] == [1, 1]
     nested = {"m": {"wood": 0.6}}
     assert score._pairs(nested, {"m.wood": [0.5, 0.7]}) == score._pairs(nested, {"m": {"wood": [0.5, 0.7]}})
-    assert [c.good for c in score.tier_c([_result("fill_rate max_range", "max_range", "fill_rate", tier="c")])] == [
-        1,
-        1,
-    ]
+    both = _result("fill_rate max_range", "max_range", "fill_rate", tier="c")
+    one = {
+        **_result("fill_rate max_range", "max_range", tier="c"),
+        "alone": {"fill_rate": [], "max_range": ["max_range"]},
+    }
+    missed = {**one, "alone": {name: [name] for name in ("fill_rate", "max_range")}}
+    counts = score.tier_c([both, {**both, "alone": missed["alone"]}, one, missed])
+    assert [(c.good, c.of) for c in counts] == [(2, 4), (1, 2), (4, 4)]
     assert [c.good for c in score.tier_d([_result("", "material_noise", tier="d"), _result("", "max_range")])] == [1]
     reported = _result("time_offset", tier="b", verdict="unexplained")
     assert [c.good for c in score.tier_b([reported])] == [1, 1, 1]
