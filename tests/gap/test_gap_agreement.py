@@ -213,6 +213,10 @@ def test_a_law_of_the_range_leaves_next_to_nothing_along_it(left: float, effect:
     assert rules.leaves_geometry(asked(effect, faint, changes(BIAS, 0.0, [0.001, 0, 0.001]), gap), BIAS) is None
     other = asked("thermal_drift", gap, one.left, gap)  # has other formulas
     assert rules.leaves_geometry(other, BIAS) is None
+    drift = effect_class("thermal_drift")()  # that of another cause leaves some along its own axis
+    one = asked(effect, gap, changes(BIAS, 0.0, [0, 0, 0.03125]), gap, before=[drift])
+    one.validator.evidence.axes = [*AXES[:2], SimpleNamespace(**{**vars(AXES[2]), "names": {"time", "range"}})]  # type: ignore[list-item]
+    assert rules.leaves_geometry(one, BIAS) is None
 
 
 def test_what_moves_pixels_by_another_formula_has_other_medians_at_edges() -> None:

@@ -209,6 +209,8 @@ def leaves_geometry(asked: Asked, k: int) -> str | None:
     asks = {first: asked.limit.left_by_exact} if sure[first] and not asked.others(first, k) else {}
     if asked.effect.axes == ("range",):
         much = sure & asked.own & (asked.gap.varies[k] >= asked.limit.known_by * asked.gap.whole[k])
+        theirs = {name for one in asked.named if KINDS[k] in one.kinds for name in one.axes[:1]}
+        much &= [not axis.names & theirs for axis in asked.validator.evidence.axes]
         asks |= {int(n): asked.limit.near_floor for n in np.flatnonzero(much) if n not in asks}
     for axis, most in asks.items():
         share = asked.surely_left(k, axis)
