@@ -170,9 +170,9 @@ def wrong(real: Real, one: Diagnosis) -> str:
 
 
 def cause_text(cause: Cause) -> str:
-    """A cause with its share of the gap and what was fitted."""
-    fitted = [parameter for parameter in words.parameters(cause) if parameter.low is not None][:4]
-    values = ", ".join(f"{p.name.replace('_', ' ')} {p.value} {p.unit}".strip() for p in fitted)
+    """A cause with its share of the gap and its parameters, those that were fitted first."""
+    some = [one for one in words.parameters(cause) if one.low is not None or float(one.value)][:5]
+    values = ", ".join(f"{p.name.replace('_', ' ')} {p.value} {p.unit}".strip() for p in some)
     share = words.percent(cause.closed_fraction)
     return f"`{cause.effect}` ({share}{'; ' if values else ''}{values}): {words.about(cause.effect)}."
 

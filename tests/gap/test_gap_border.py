@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from depthsim.gap import diagnose
 from depthsim.gap.depth.data.border import find_border
+from depthsim.gap.diagnosis import Cause
+from depthsim.gap.report import words
 from depthsim.presets import preset
 from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
@@ -78,3 +80,16 @@ def test_a_registered_picture_is_told_from_holes_by_range(tmp_path: Path) -> Non
     found = diagnose(tmp_path / "run", sensor="paper", without=without, threads=1, tasks=False)
     assert [cause.effect for cause in found.causes] == ["empty_border"] and found.verdict == "explained"
     assert {"right": 9, "top": 5}.items() <= found.causes[0].parameters.items()
+
+
+@pytest.mark.parametrize(
+    ("effect", "told"),
+    [("empty_border", ["share", "left", "right", "top", "bottom"]), ("invalid_band", ["margin"])],
+)
+def test_what_was_counted_is_told_though_it_is_as_usual(effect: str, told: list[str]) -> None:
+    """What no fit looked for is not: a band's slope."""
+    usual = effect_class(effect)().model_dump()
+    cause = Cause(
+        effect=effect, parameters=usual, ci95={told[0]: [0.9, 1.0]}, closed_fraction=0.5, ci95_closed=(0.4, 0.6)
+    )
+    assert [one.name for one in words.parameters(cause)] == told

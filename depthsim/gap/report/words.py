@@ -112,14 +112,19 @@ def about(effect: str) -> str:
 
 
 def parameters(cause: "Cause") -> list[Parameter]:
-    """The parameters of a cause, those that were fitted first; of a table by material only what was fitted."""
+    """The parameters of a cause, those that were fitted first; of a table by material only what was fitted.
+
+    What no fit varies is left out where it is as usual, but for geometry: that is counted in the recording.
+    """
     declared = parameters_of(effect_class(cause.effect)) if cause.effect in effect_ids() else {}
+    counted = bool(declared) and effect_class(cause.effect).exact
     found = []
     tables = learned_of(effect_class(cause.effect)) if declared else {}
     for name, value in cause.parameters.items():
         if name in tables:  # hundreds of numbers, which the profile has
             continue
-        if name in declared and declared[name].frozen and value == declared[name].default:  # nobody looked for it
+        as_usual = name in declared and declared[name].frozen and value == declared[name].default
+        if as_usual and not counted:
             continue
         unit, words = (declared[name].unit, declared[name].about) if name in declared else ("", "")
         parts = value if isinstance(value, Mapping) else {"": value}
