@@ -249,6 +249,16 @@ def test_what_is_alike_for_neighbours_is_not_made_one_by_one(effect: str, said: 
     assert (rules.goes_together(one) is not None) == said
 
 
+@pytest.mark.parametrize(("place", "said"), [("image_column", False), ("incidence", True)])
+def test_a_filter_is_not_asked_for_where_edges_lie_in_the_picture(place: str, said: bool) -> None:
+    """A camera that hardly moves has them in some columns; that noise changes with incidence is another matter."""
+    gap, left = changes(SPREAD, 0.1, [0, 0.05, 0]), changes(SPREAD, 0.05, [0, 0.045, 0])
+    one = asked("spatial_filter", gap, left, gap)
+    axis = SimpleNamespace(name=place, names={place}, kind=0, size=8, single=True)
+    one.validator.evidence.axes = [AXES[0], axis, AXES[2]]  # type: ignore[list-item]
+    assert (rules.smooths_elsewhere(one) is not None) == said
+
+
 def test_a_learned_pattern_is_asked_for_no_spread_that_another_cause_makes() -> None:
     gap = changes(SPREAD, 0.1, [0.05, 0, 0])
     noise, scale = effect_class("disparity_noise")(), BaselineScale(scale=1.1)

@@ -9,6 +9,7 @@ from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, cost, done_by, w
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
+_PLACES = {"image_position", "image_row", "image_column", "surface"}
 INDEPENDENT = "adds errors that are independent, where those of the recording go together"
 
 
@@ -292,13 +293,15 @@ def of_pairs(asked: Asked) -> str | None:
 def smooths_elsewhere(asked: Asked) -> str | None:
     """Whether an effect that makes errors go together, and their spread less by that, leaves how that changes.
 
-    What a filter smooths it smooths everywhere but near edges; another formula leaves much there.
+    What a filter smooths it smooths everywhere but near edges; another formula leaves much there. Where edges lie in
+    the picture is no other axis: a camera that hardly moves has them at one place.
     """
     k, gap = KINDS.index("spread"), asked.gap
     if KINDS[k] not in asked.effect.kinds:
         return None
     sure, worth = worth_of(asked.validator, gap, k)
-    first = int(np.argmax(worth))
+    places = [bool(axis.names & _PLACES) for axis in asked.validator.evidence.axes]
+    first = int(np.argmax(np.where(places, -np.inf, worth)))
     if not sure[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k] or asked.others(first):
         return None
     share = asked.surely_left(k, first)
