@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap import diagnose
 from depthsim.gap.depth.data.border import find_border
+from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.diagnosis import Cause
 from depthsim.gap.report import words
 from depthsim.presets import preset
@@ -80,6 +81,19 @@ def test_a_registered_picture_is_told_from_holes_by_range(tmp_path: Path) -> Non
     found = diagnose(tmp_path / "run", sensor="paper", without=without, threads=1, tasks=False)
     assert [cause.effect for cause in found.causes] == ["empty_border"] and found.verdict == "explained"
     assert {"right": 9, "top": 5}.items() <= found.causes[0].parameters.items()
+
+
+def test_a_sensor_that_resamples_its_pictures_has_a_border_of_its_own(tmp_path: Path) -> None:
+    camera, border = preset("d435", 106, 60), effect_class("empty_border")(left=0, right=9, top=5, bottom=0)
+    generate("office", None, camera, (border,), tmp_path / "run", frames=6, streams=("depth",), threads=1)
+    assert load_evidence(tmp_path / "run", None, ())[0].border == (0, 9, 5, 0)
+    decimated = (effect_class("decimation")(factor=2),)
+    generate(
+        "office", None, preset("d435", 212, 120), (border, *decimated), tmp_path / "half", frames=6,
+        streams=("depth",), threads=1,
+    )  # fmt: skip
+    assert load_evidence(tmp_path / "half", None, ())[0].border is not None
+    assert load_evidence(tmp_path / "half", None, decimated)[0].border is None
 
 
 @pytest.mark.parametrize(

@@ -181,8 +181,8 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     # Which effects explain it?
     bank = _bank(evidence, without, errors)
     selection = _which(selecting, bank, without, errors, say)
-    biases = selection.model.build(evidence.base)
-    centred = evidence.centred(biases) if selection.model.parts else None
+    found = selection.model.build(evidence.base)
+    centred = evidence.centred(found) if selection.model.parts else None
     drawn = validator  # as it is: errors are told from the scene's depth
     if centred is not None:
         say("looking behind the biases")
@@ -191,7 +191,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
             selection = more
             # Before and after are measured from the same depth, also where the frames were registered between.
             as_given = own[0] if recorded is validator else None
-            if as_given is None and (moved := given.centred(biases, however_small=True)):
+            if as_given is None and (moved := given.centred(found, however_small=True)):
                 as_given = Validator(moved, given.test)
             if as_given is not None:
                 recorded, before = as_given, as_given.score(evidence.base)

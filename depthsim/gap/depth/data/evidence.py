@@ -207,7 +207,11 @@ class Evidence:
 
     @cached_property
     def border(self) -> Border | None:
-        """What is empty at the border of every frame, though things as far away are seen elsewhere."""
+        """What is empty at the border of every frame, though things as far away are seen elsewhere; None where the
+        sensor resamples its pictures, which leaves a border that is its own.
+        """
+        if self.camera.aligned or any(effect.resizes() for effect in acting(self.base)):
+            return None
         some = [self.frames[int(i)] for b in self.train for i in self.blocks[b][:1] if int(i) in self.frames]
         looked = ((frame.camera.rows, self.recorded(frame.index), frame.geometry.depth) for frame in some)
         return find_border(looked, self.camera.height)
