@@ -80,7 +80,7 @@ def run(
     """Diagnose the cases of some tiers, and print the tables."""
     console = Console()
     DepthConfig.varied(vary or [])  # refused here, not case by case
-    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure, apart, tuple(vary or ()), alone)
+    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure, apart, alone, tuple(vary or ()))
     wanted: list[Wanted] = []
     for name in tier or list(TIERS):
         if name != "f":

@@ -99,7 +99,7 @@ def write_case(case: Case, folder: Path) -> Path:
         _write_run(film, run, shoot(film))
         profile = profile_text(case.wanted.against)
     else:
-        _write_run(film, run, lambda index: film.units(film.make(index)))
+        _write_run(film, run)
         profile = _profile(film.base)
     if film.rng("truth", 0).random() < 0.5:
         # As a tracking system gives them: denser than the frames.
@@ -115,7 +115,7 @@ def write_each_alone(case: Case, folder: Path) -> None:
     film, formulas = case.film, case.film.formulas
     for number, formula in enumerate(formulas):
         film.formulas = (formula,)
-        _write_run(film, folder / str(number), lambda index: film.units(film.make(index)))
+        _write_run(film, folder / str(number))
     film.formulas = formulas
 
 
@@ -127,11 +127,13 @@ def write_fresh(case: Case, run: Path) -> Path:
     camera = film.camera.model_copy(update={"rate": rate})
     fresh = Film(film.world, film.route, camera, stamps, film.base, film.seed + 1)
     fresh.formulas = film.formulas
-    _write_run(fresh, run, lambda index: fresh.units(fresh.make(index)))
+    _write_run(fresh, run)
     return run
 
 
-def _write_run(film: Film, run: Path, picture: Callable[[int], NDArray[np.uint16]]) -> None:
+def _write_run(film: Film, run: Path, picture: Callable[[int], NDArray[np.uint16]] | None = None) -> None:
+    """picture: what is stored of a frame, the film's own by default."""
+    picture = picture or (lambda index: film.units(film.make(index)))
     record = {"made_by": "a camera", "tags": list(film.world.scene.tags)}
     film.on_route = True
     with RunWriter(

@@ -31,8 +31,8 @@ class Settings:
     rivals: bool = True
     remeasure: bool = True
     apart: bool = True
-    vary: tuple[str, ...] = ()
     alone: bool = True
+    vary: tuple[str, ...] = ()
 
 
 def run_cases(cases: Iterable[Wanted], settings: Settings, told: Callable[[dict[str, Any]], None]) -> None:
@@ -63,8 +63,8 @@ def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
     folder.mkdir(parents=True)
     fresh = settings.remeasure and wanted.tier == "a"
     alone = settings.alone and wanted.tier == "c"
-    order = {"job": "make", "wanted": asdict(wanted), "folder": str(folder), "fresh": fresh, "alone": alone}
-    made = _child(order, folder)
+    what = {"wanted": asdict(wanted), "folder": str(folder), "fresh": fresh, "alone": alone}
+    made = _child({"job": "make", **what}, folder)
     record: dict[str, Any] = {"wanted": asdict(wanted)}
     if "error" in made or "not_seen" in made["answer"]:
         record |= {"error": made.get("error") or made["answer"]["not_seen"], "stage": "make"}
@@ -85,15 +85,18 @@ def _each_alone(effects: list[dict[str, Any]], folder: Path, settings: Settings)
     """What is named where each of the effects is alone, by effect; nothing where that failed."""
     found = {}
     for number, one in enumerate(effects):
-        order: dict[str, Any] = {"run": str(folder / "alone" / str(number)), "sensor": str(folder / "sensor.yaml")}
-        order |= {"set": list(settings.vary), "without": [], "threads": _threads(settings)}
-        said = _child({"job": "diagnose", **order, "out": str(folder / "alone" / f"report_{number}")}, folder)
+        run = folder / "alone" / str(number)
+        order = _order(run, folder / "sensor.yaml", run.with_name(f"report_{number}"), (), settings)
+        said = _child({"job": "diagnose", **order}, folder)
         found[one["effect"]] = [cause["effect"] for cause in said.get("answer", {}).get("causes", [])]
     return found
 
 
-def _threads(settings: Settings) -> int:
-    return max(1, (os.cpu_count() or 1) // settings.jobs)
+def _order(run: Path, sensor: Path, out: Path, without: tuple[str, ...], settings: Settings) -> dict[str, Any]:
+    """What a diagnosis is told."""
+    threads = max(1, (os.cpu_count() or 1) // settings.jobs)
+    paths = {"run": str(run), "sensor": str(sensor), "out": str(out)}
+    return {**paths, "set": list(settings.vary), "without": list(without), "threads": threads}
 
 
 def _there(file: Path, settings: Settings) -> dict[str, Any] | None:
@@ -110,12 +113,7 @@ def _judged(
     name = record["truth"]["name"]
     work = settings.folder / "work" / name
     work.mkdir(parents=True, exist_ok=True)
-    order: dict[str, Any] = {"run": str(run), "sensor": str(sensor), "out": str(work / "report")}
-    order |= {
-        "set": list(settings.vary),
-        "without": list(without),
-        "threads": _threads(settings),
-    }
+    order = _order(run, sensor, work / "report", without, settings)
     found = _child({"job": "diagnose", **order}, work)
     record |= {"seconds": found["seconds"], "peak_mb": found["peak_mb"], "set": list(settings.vary)}
     if "error" in found:

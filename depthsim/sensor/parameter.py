@@ -32,6 +32,8 @@ class Setting:
     rows. zoom: focal length of the camera's colour pictures over that of its depth, if it says where they are.
     turn: [deg] by which registration finds the camera turned against its poses, about its x, y and z; late: [s] by
     which the stamps are found early. None where it does not know.
+    border: columns on the left and right, rows at the top and bottom that are empty in every frame, see
+    :func:`~depthsim.gap.depth.data.border.find_border`; None where there are none.
     """
 
     SHARES = (0, 0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 0.985, 0.996, 1)

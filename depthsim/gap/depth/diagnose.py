@@ -190,11 +190,11 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
         if more := select_more(own[1], bank, selection, say):
             selection = more
             # Before and after are measured from the same depth, also where the frames were registered between.
-            as_given = own[0] if recorded is validator else None
-            if as_given is None and (moved := given.centred(found, however_small=True)):
-                as_given = Validator(moved, given.test)
-            if as_given is not None:
-                recorded, before = as_given, as_given.score(evidence.base)
+            if recorded is validator:
+                recorded = own[0]
+            elif moved := given.centred(found, however_small=True):
+                recorded = Validator(moved, given.test)
+            before = recorded.score(evidence.base)
             (validator, selecting), evidence = own, centred
     if validator is not selecting:
         selection = withdraw.unsupported(validator, selecting, selection)

@@ -10,6 +10,7 @@ from scipy.spatial.distance import jensenshannon
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.divergence import Counted
 from depthsim.gap.depth.data.evidence import Counts
+from depthsim.gap.depth.fit.neighbours import counted
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.where.differences import moments, tails
 from depthsim.gap.depth.where.localize import PAIRS, axis_cost, beyond_each
@@ -57,11 +58,8 @@ def done_by(validator: Validator, before: Effects, after: Effects) -> Changes:
 
 def holes_of(validator: Validator, effects: Effects) -> float:
     """The share of pixels without depth that a sensor has."""
-    evidence, run = validator.evidence, _runs(validator, effects)[0].sum(axis=0)
-    number = next(n for n, axis in enumerate(evidence.axes) if axis.kind == histograms.ERROR)
-    begin, bins = int(evidence.offsets[number]), int(histograms.BINS[histograms.ERROR])
-    cells = run[begin : begin + evidence.axes[number].size * bins].reshape(-1, bins).astype(np.float64)
-    return float(moments(cells.sum(axis=0, keepdims=True)).holes[0])
+    errors = counted(validator, _runs(validator, effects)[0].sum(axis=0), histograms.ERROR)
+    return float(moments(errors[None]).holes[0])
 
 
 def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[str]]]:

@@ -34,14 +34,14 @@ def _correlations(validator: Validator, counts: Counts, axis: str) -> NDArray[np
     """(kinds,) of each kind of pairs that an axis has."""
 
     def of(kind: int) -> float:
-        pairs = _counted(validator, counts, kind)
+        pairs = counted(validator, counts, kind)
         return _of_table(pairs) if kind == histograms.BEFORE else _of_differences(pairs, errors)
 
-    errors = _counted(validator, counts, histograms.ERROR)
+    errors = counted(validator, counts, histograms.ERROR)
     return np.array([of(kind) for kind in HISTOGRAMS[axis]])
 
 
-def _counted(validator: Validator, counts: Counts, kind: int) -> NDArray[np.float64]:
+def counted(validator: Validator, counts: Counts, kind: int) -> NDArray[np.float64]:
     """(bins,) of the first axis that counts this kind: all pixels, or all beside another one."""
     evidence = validator.evidence
     number = next(n for n, axis in enumerate(evidence.axes) if axis.kind == kind)

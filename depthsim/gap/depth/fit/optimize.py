@@ -31,6 +31,11 @@ class Model:
         """The parameters that are fitted, in the order of ``x``."""
         return tuple(free for part in self.parts for free in part.free)
 
+    @property
+    def effects(self) -> list[type[Effect]]:
+        """What each candidate is."""
+        return [effect_class(part.effect) for part in self.parts]
+
     def split(self, x: Vector) -> list[Vector]:
         """``x`` by candidate."""
         if not self.parts:

@@ -9,7 +9,8 @@ from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, cost, done_by, w
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
-_PLACES = {"image_position", "image_row", "image_column", "surface"}
+PLACES = {"image_position", "image_row", "image_column", "surface"}
+"""Axes along which whatever is in a scene has a place, where the camera hardly moves."""
 INDEPENDENT = "adds errors that are independent, where those of the recording go together"
 
 
@@ -229,8 +230,9 @@ def brings(asked: Asked, k: int) -> str | None:
     if KINDS[k] != "bias" or asked.learned:
         return None
     gap, left, limit = asked.gap, asked.left, asked.limit
-    at_edges = ["edge_distance" in axis.names for axis in asked.validator.evidence.axes]
-    own = asked.own & (np.array(asked.effect.axes[:1] == ("edge_distance",)) | ~np.array(at_edges))
+    own = asked.own
+    if asked.effect.axes[:1] != ("edge_distance",):
+        own = own & ["edge_distance" not in axis.names for axis in asked.validator.evidence.axes]
     more = np.where(own, left.varies[k] - np.maximum(gap.varies[k], 0) - limit.sure * left.chance[k], 0)
     axis = int(np.argmax(more))
     if more[axis] <= limit.brought * asked.does.whole[k]:
@@ -300,7 +302,7 @@ def smooths_elsewhere(asked: Asked) -> str | None:
     if KINDS[k] not in asked.effect.kinds:
         return None
     sure, worth = worth_of(asked.validator, gap, k)
-    places = [bool(axis.names & _PLACES) for axis in asked.validator.evidence.axes]
+    places = [bool(axis.names & PLACES) for axis in asked.validator.evidence.axes]
     first = int(np.argmax(np.where(places, -np.inf, worth)))
     if not sure[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k] or asked.others(first):
         return None

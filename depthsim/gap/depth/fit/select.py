@@ -74,7 +74,7 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
         return None
     if left.floor <= evidence.config.significance.least:  # no noise: what is left is how depths are rounded
         return found
-    theirs = {"bias"} | ({effect_class(part.effect).kinds[0] for part in model.parts} & {"spread", "missing"})
+    theirs = {"bias"} | ({one.kinds[0] for one in model.effects} & {"spread", "missing"})
     if any(kind == "bias" for kind, _ in first_axes(validator, before)):
         theirs.add("spread")
     hidden = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] not in theirs]

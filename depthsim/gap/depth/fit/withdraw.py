@@ -10,6 +10,7 @@ from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.agreement import left_of_change
 from depthsim.gap.depth.fit.marks import only_its_own
 from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.rules import PLACES
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
@@ -18,7 +19,7 @@ from depthsim.gap.selection import Refused
 from depthsim.sensor.effect import Effect, effect_class
 from depthsim.sensor.effects.extrinsics import ExtrinsicRotation, TimeOffset
 
-_PLACES, _LINES = {"image_position", "surface"}, {"image_column", "image_row"}
+_LINES = {"image_column", "image_row"}
 _NEIGHBOURS = {"pixel_neighbours", "frame_neighbours"}
 
 
@@ -95,7 +96,7 @@ def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
 
     While causes are looked for it stays: what took its place would be further from the truth.
     """
-    causes = [effect_class(part.effect) for part in selection.model.parts]
+    causes = selection.model.effects
     most = selecting.evidence.config.select.further * selecting.score(selecting.evidence.base).above
     for number, cause in reversed([*enumerate(causes)]):
         everywhere = cause.kinds[0] == "spread" and cause.axes[:1] in (("range",), ("material",))
@@ -133,10 +134,10 @@ def acting_elsewhere(
     shares = credit(validator, validator.evidence.base, selection.model)
     if not _acts_elsewhere(selection, shares, first):
         return selection
-    limit, causes = validator.evidence.config.agreement, map(effect_class, (p.effect for p in selection.model.parts))
-    # What has no other formula has been asked for all that it leaves along its own axes.
-    exact = all(one.exact for one in causes if one.kinds[0] == first.what)
-    if closed >= (limit.well if exact and first.what == "bias" else limit.nearly_all) and (
+    limit, causes = validator.evidence.config.agreement, selection.model.effects
+    # Geometry, which has no other formula, has been asked for all biases that it leaves along its own axes.
+    asked = first.what == "bias" and all(one.exact for one in causes if one.kinds[0] == "bias")
+    if closed >= (limit.well if asked else limit.nearly_all) and (
         _acts_where_as_much_lies(validator, selection, first, where) or not _is_left(validator, selection, first)
     ):
         return selection
@@ -172,7 +173,7 @@ def _acts_elsewhere(selection: Selection, shares: Sequence[float], first: Cut) -
     nothing of holes that do. Tails do not count: they are in few pixels, and most of what these change elsewhere is
     chance. What makes neighbours go together also changes how successive frames do. shares: what each closes.
     """
-    causes = [effect_class(part.effect) for part in selection.model.parts]
+    causes = selection.model.effects
     of_kind = [one.kinds[0] == first.what for one in causes]
     if np.sum(shares, where=of_kind) > 0.5 * np.sum(shares):
         causes = [one for one, is_one in zip(causes, of_kind, strict=True) if is_one]
@@ -192,10 +193,10 @@ def _first(where: Sequence[Cut], selection: Selection) -> Cut | None:
     is. Where the camera stands still every axis is one of places. That holes go together says what they are, and not
     where; of causes that make holes alone where these are is asked.
     """
-    causes = [effect_class(part.effect) for part in selection.model.parts]
+    causes = selection.model.effects
     of_holes = [cut for cut in where if cut.what == "missing"]
     where = of_holes if of_holes and all(one.kinds == ("missing",) for one in causes) else where
-    places = _PLACES | (_LINES if any(cut.axis == "image_position" for cut in where[:1]) else set())
+    places = PLACES if where and where[0].axis == "image_position" else PLACES - _LINES
 
     def is_place(cut: Cut) -> bool:
         known_by = {name for one in causes if cut.what in one.kinds for name in one.axes[:1]}
@@ -206,7 +207,7 @@ def _first(where: Sequence[Cut], selection: Selection) -> Cut | None:
 
 def _acts_where_as_much_lies(validator: Validator, selection: Selection, first: Cut, where: Sequence[Cut]) -> bool:
     """Whether an axis of a cause's own explains as much of the gap as the one on which it lies first."""
-    own = {name for part in selection.model.parts for name in effect_class(part.effect).axes}
+    own = {name for one in selection.model.effects for name in one.axes}
     most = max((cut.share_of_gap for cut in where if cut.what == first.what and cut.names <= own), default=0.0)
     return most >= validator.evidence.config.agreement.as_much * first.share_of_gap
 
