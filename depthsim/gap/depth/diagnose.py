@@ -194,7 +194,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
                 recorded = own[0]
             elif moved := given.centred(found, however_small=True):
                 recorded = Validator(moved, given.test)
-            before = recorded.score(evidence.base)
+            before = recorded.score(recorded.evidence.base)
             (validator, selecting), evidence = own, centred
     if validator is not selecting:
         selection = withdraw.unsupported(validator, selecting, selection)
