@@ -11,6 +11,7 @@ from recordings import ROOM_CAMERA, room_path, write_room
 from scipy.spatial.transform import Rotation
 
 from depthsim.gap.depth.data.registration import Registration, register
+from depthsim.gap.depth.fit.poses import no_poses
 from depthsim.raycast import Caster
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
@@ -162,6 +163,17 @@ def test_a_scale_of_each_frame_is_told_from_poses_that_are_off(room: Room, walk:
     errors = room.register(Alternating(**{name: getattr(run, name) for name in run.__dataclass_fields__})).errors
     assert not errors.is_none and errors.are_of_disparity, errors.of_disparity
     assert not room.register(walk).errors.are_of_disparity
+
+
+def test_a_drift_that_lasts_is_of_the_poses_unless_disparities_explain_it(room: Room, walk: Run) -> None:
+    """What a bias of another shape leaves lasts as long as a short recording, and looks like biases."""
+    errors = room.register(walk).errors
+    assert errors.independent > 3 and not errors.last
+    drift = np.linspace(-1.5, 1.5, FRAMES)[:, None] * SIZE
+    lasting = room.register(room.record(drift)).errors
+    assert not lasting.is_none and lasting.independent < 3 and not lasting.last, lasting.of_disparity
+    bias = replace(lasting, of_disparity=0.5)
+    assert bias.last and "longer recording" in no_poses(bias)
 
 
 def test_what_is_constant_is_told_and_left_in(room: Room) -> None:

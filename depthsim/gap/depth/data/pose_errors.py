@@ -11,6 +11,8 @@ _SURE = 3.3
 """Standard errors: 1 in 1000."""
 _ALONG = 0.5
 """Of the motions' squares: with more along the camera's own velocity, it is the times that are wrong."""
+_FEW, _EXPLAINED = 3.0, 0.25
+"""With fewer independent errors, more of which an offset and a scale of disparities explain, they may be a bias's."""
 _REPEATED = 0.1
 """Of successive frames: with more that are the same, it is no chance."""
 
@@ -35,6 +37,7 @@ class PoseErrors:
     on one half of the pixels for the other. Of a motion that is at most about 1.
     repeated: of successive frames at two poses, the share whose pictures are the same, pixel for pixel.
     of_frame: the standard errors of one frame's own turn [rad] about an axis and shift [m] along one, root mean square.
+    independent: how many independent errors the frames show; fewer than there are frames where errors last.
     """
 
     deviation: Floats
@@ -53,6 +56,12 @@ class PoseErrors:
     of_disparity: float = 0.0
     repeated: float = 0.0
     of_frame: tuple[float, float] = (0.0, 0.0)
+    independent: float = np.inf
+
+    @property
+    def last(self) -> bool:
+        """Whether they last as long as the recording, and are much like biases: so is what another bias leaves."""
+        return not self.is_none and self.independent < _FEW and self.of_disparity > _EXPLAINED
 
     @property
     def are_of_time(self) -> bool:

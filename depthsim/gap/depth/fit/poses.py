@@ -24,6 +24,10 @@ _WANDERS = (
     "from frame to frame the disparities are off by an offset and a scale that change, which explain more than errors "
     "of the poses would"
 )
+_LASTS = (
+    "the frames are off the scene by what a motion as long as the recording would make, and another bias of the camera "
+    "as well: a longer recording tells them apart"
+)
 _WORSE, _NEARER = 1.1, 0.5
 """Times the gap as it is: above the one, registering the frames makes it larger by more than chance; below the other,
 it makes it much smaller, where what is alike in all frames is taken off, too."""
@@ -85,20 +89,22 @@ def no_poses(errors: PoseErrors | None) -> str:
         return ""
     if errors.are_repeated:
         return f"{errors.repeated:.0%} of the pictures are the one before, pixel for pixel, while the poses go on"
-    return _LATE if errors.are_of_time else _WANDERS if errors.are_of_disparity else ""
+    if errors.are_of_time:
+        return _LATE
+    return _WANDERS if errors.are_of_disparity else _LASTS if errors.last else ""
 
 
 def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
     """What the poses are off by, and the frames of ``given`` where they fit the scene.
 
     None in place of these where the poses are right from frame to frame, or nobody knows, or what differs from frame to
-    frame are times or the sensor's scale.
+    frame are times or the sensor's scale, or lasts.
     """
     held = next((effect for effect in given.base if isinstance(effect, PoseNoise)), None)
     frames = [int(i) for block in given.blocks for i in block]
     found = register(given.run, given.caster, frames, given.threads)
     errors = found.errors
-    others = errors.are_of_time or errors.are_of_disparity
+    others = errors.are_of_time or errors.are_of_disparity or errors.last
     if errors.is_unknown or others or (errors.is_none and (held is None or held.is_neutral)):
         return errors, None
     return errors, Poses(found, held, _registered(given, found))
