@@ -136,7 +136,7 @@ class DepthSelect(Section):
     )
     rival: float = _value(0.25, "of what a further cause closes: effects that close less by themselves are no rivals")
     asked: int = _count(2, "times that an effect is refused, by itself and beside later causes, before it is left out")
-    rounds: int = _count(2, "times that causes are looked for, when some are dropped at the end")
+    rounds: int = _count(3, "times that causes are looked for, when some are dropped at the end")
     trusted: int = _count(
         1, "times that a cause is taken for the moment, though it does not act where the gap lies yet"
     )

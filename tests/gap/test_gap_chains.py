@@ -64,11 +64,36 @@ def test_a_cause_in_the_place_of_another_leaves_other_things(monkeypatch: pytest
 
     monkeypatch.setattr(select, "grow", grows)
     monkeypatch.setattr(select, "compare_rivals", compare)
-    monkeypatch.setattr(select, "confirmed", lambda search, chain, whole: whole)
+    monkeypatch.setattr(select, "confirmed", lambda search, chain, whole, first: whole)
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     found = select._chain(search, SCORE, Chain(DepthSelect(), SCORE, 1.0))
     assert grown == [(), ("noise",)]
     assert found.named == ("noise", "correlation")
+
+
+def test_another_is_looked_for_in_the_place_of_one_that_is_dropped_before_the_rest_is_asked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A lens for a focal length that is wrong: without either, what noise leaves speaks against noise."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(confirm, "credit", lambda validator, base, whole: np.full(len(whole.parts), 0.5))
+    monkeypatch.setattr(confirm, "_in_its_place", lambda search, whole, worst: None)
+    search, grown = FakeSearch(noise=0.5, noise_focal=0.0), []
+
+    def disagrees(whole: Model, number: int, *, alone: bool = False) -> str | None:
+        effect, others = whole.parts[number].effect, [part.effect for part in whole.parts]
+        return "is another" if effect == "lens" or (effect == "noise" and len(others) == 1) else None
+
+    def grows(search: Search, chain: Any) -> None:
+        grown.append(chain.named)
+        chain.model = model("noise", "focal" if chain.is_out("lens") else "lens")
+
+    search.disagreement = disagrees
+    monkeypatch.setattr(select, "grow", grows)
+    monkeypatch.setattr(select, "compare_rivals", lambda search, of, *_: (of, {}))
+    found = select._chain(cast("Search", search), SCORE, Chain(DepthSelect(), SCORE, 1.0))
+    assert grown == [(), ("noise",)]
+    assert found.named == ("noise", "focal") and found.nearest[0].effect == "lens"
 
 
 def test_what_is_dropped_has_no_rivals_and_takes_others_like_it_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,7 +108,7 @@ def test_what_is_dropped_has_no_rivals_and_takes_others_like_it_with_it(monkeypa
         begun.append([trial.newest.effect for trial in chain.looked[0]])
         chain.model = None if chain.dropped else model("noise")
 
-    def confirmed(search: Search, refuse: Any, whole: Model) -> Model:
+    def confirmed(search: Search, refuse: Any, whole: Model, *, first: bool) -> Model:
         refuse("noise", 0.7, INDEPENDENT)
         return model()
 

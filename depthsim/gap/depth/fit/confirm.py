@@ -10,8 +10,12 @@ from depthsim.gap.depth.fit.shapley import credit
 from depthsim.sensor.effect import effect_class
 
 
-def confirmed(search: Search, refuse: Callable[[str, float, str], None], model: Model) -> Model:
-    """The causes that close something, and act where the gap lies that the others leave. refuse: hears of the rest."""
+def confirmed(search: Search, refuse: Callable[[str, float, str], None], model: Model, *, first: bool = False) -> Model:
+    """The causes that close something, and act where the gap lies that the others leave. refuse: hears of the rest.
+
+    first: whether to stop at the first that does not, so that another cause can be looked for in its place before the
+    others are asked, which what is its own may hide.
+    """
     refined = False
     while model.parts:
         shares = credit(search.validator, search.base, model)
@@ -36,6 +40,8 @@ def confirmed(search: Search, refuse: Callable[[str, float, str], None], model: 
             continue
         model = model.less(worst)
         model = search.fit(model, 3) if model.parts else model
+        if first and not faint and model.parts:
+            break
     return model
 
 

@@ -8,6 +8,7 @@ from depthsim.gap.depth.fit.asked import WORDS, Asked
 from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, cost, done_by, worth_of
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.parameter import learned_of
 
 PLACES = {"image_position", "image_row", "image_column", "surface"}
 """Axes along which whatever is in a scene has a place, where the camera hardly moves."""
@@ -202,18 +203,19 @@ def leaves_geometry(asked: Asked, k: int) -> str | None:
     """Whether an effect that has no other formula leaves some of how biases change along an axis of no other cause.
 
     Such as a turned mount for a principal point that is off; or along the range, if that is its only axis: an offset of
-    the disparities for a scale that is wrong.
+    the disparities for a scale that is wrong. A pattern that is learned beside it leaves some along any axis.
     """
     if not asked.effect.exact or KINDS[k] != "bias":
         return None
     sure, worth = worth_of(asked.validator, asked.gap, k)
-    first = int(np.argmax(worth))
-    asks = {first: asked.limit.left_by_exact} if sure[first] and not asked.others(first, k) else {}
+    first, limit = int(np.argmax(worth)), asked.limit
+    most = limit.left_of_own if any(learned_of(type(cause)) for cause in asked.named) else limit.left_by_exact
+    asks = {first: most} if sure[first] and not asked.others(first, k) else {}
     if asked.effect.axes == ("range",):
-        much = sure & asked.own & (asked.gap.varies[k] >= asked.limit.known_by * asked.gap.whole[k])
+        much = sure & asked.own & (asked.gap.varies[k] >= limit.known_by * asked.gap.whole[k])
         theirs = {name for one in asked.named if KINDS[k] in one.kinds for name in one.axes[:1]}
         much &= [not axis.names & theirs for axis in asked.validator.evidence.axes]
-        asks |= {int(n): asked.limit.near_floor for n in np.flatnonzero(much) if n not in asks}
+        asks |= {int(n): max(most, limit.near_floor) for n in np.flatnonzero(much) if n not in asks}
     for axis, most in asks.items():
         share = asked.surely_left(k, axis)
         if share > most:

@@ -111,7 +111,7 @@ def _chain(search: Search, score: Score, chain: Chain) -> Chain:
         grow(search, chain)
         if chain.model is None:
             break
-        dropped = _confirm(search, score, chain, chain.model)
+        dropped = _confirm(search, score, chain, chain.model, first=number < rounds)
         if chain.model is None or (dropped and number < rounds):
             continue
         looked = [[trial for trial in step if not chain.is_out(trial.newest.effect)] for step in chain.looked]
@@ -122,8 +122,9 @@ def _chain(search: Search, score: Score, chain: Chain) -> Chain:
     return chain
 
 
-def _confirm(search: Search, score: Score, chain: Chain, model: Model) -> bool:
-    """Make of ``model`` what is confirmed of it the chain's own; whether anything was dropped.
+def _confirm(search: Search, score: Score, chain: Chain, model: Model, *, first: bool = False) -> bool:
+    """Make of ``model`` what is confirmed of it the chain's own; whether anything was dropped. first: see
+    :func:`confirm.confirmed`.
 
     Where errors go together which a cause makes one by one, other first causes that do so are no better.
     """
@@ -133,7 +134,7 @@ def _confirm(search: Search, score: Score, chain: Chain, model: Model) -> bool:
         whys[effect] = why
         chain.refuse(effect, closed, why)
 
-    kept = confirmed(search, refuse, model)
+    kept = confirmed(search, refuse, model, first=first)
     if kept is chain.model:
         return False
     chain.dropped |= set(whys)
