@@ -242,7 +242,7 @@ def test_a_sensor_with_too_many_holes_everywhere_is_asked_for_their_number(left:
     ("effect", "said"),
     [("disparity_noise", True), ("fill_rate", True), ("time_offset", False), ("empty_border", False)],
 )
-def test_what_is_alike_for_neighbours_is_not_made_one_by_one(effect: str, said: bool) -> None:
+def test_whatis_alike_for_neighbours_is_not_made_one_by_one(effect: str, said: bool) -> None:
     gap = changes(SPREAD, 0.1, [0.05, 0, 0])
     left = replace(gap, together=0.05)
     one = asked(effect, replace(gap, together=0.1), left, gap)
@@ -368,7 +368,7 @@ def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:
 
 
 @given(arrays(np.float64, (3, 35), elements=st.floats(0, 1e4)))
-def test_tails_are_shares_and_alike_of_what_is_alike(counts: NDArray[np.float64]) -> None:
+def test_tails_are_shares_and_alike_of_whatis_alike(counts: NDArray[np.float64]) -> None:
     counts = np.round(counts)
     own = moments(counts)
     one, other = tails(counts, counts, own, own)

@@ -164,6 +164,24 @@ def test_a_small_cause_has_no_parameter_for_each_material(
     assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
 
 
+@pytest.mark.parametrize(
+    ("along", "others", "enough"),
+    [(0.1, None, True), (0.5, None, False), (None, None, False), (0.1, "is another", False)],
+)
+def test_a_small_cause_with_many_parameters_is_known_along_an_axis_of_its_own(
+    along: float | None, others: str | None, enough: bool
+) -> None:
+    """A shadow beside light that makes most of the holes: the light must not be another effect beside it."""
+    search = FakeSearch()
+    search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: True)
+    search.left_along = lambda of: along
+    search.disagreement = lambda of, number, alone: others
+    begun = chain(0.07, "ambient_light")
+    begun.score = SimpleNamespace(above=0.07, floor=0.0)
+    trial = Trial(model("stereo_shadow"), 0.03)
+    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
+
+
 @pytest.mark.parametrize(("noise", "named", "begins"), [(0.35, 1, True), (0.45, 1, False), (0.35, 2, False)])
 def test_another_beginning_is_tried_where_it_comes_near(
     monkeypatch: pytest.MonkeyPatch, noise: float, named: int, begins: bool
@@ -211,13 +229,14 @@ def test_what_is_known_where_the_gap_lies_takes_the_place_of_what_is_not(
 ) -> None:
     """Holes on one material, in the place of holes anywhere."""
     monkeypatch.setattr(Model, "build", lambda model, base: ())
-    search = FakeSearch(noise_anywhere=0.2, noise_material=gap)
-    search.known_here = lambda of, kind: model("anywhere", "material").parts  # type: ignore[attr-defined]
+    search = FakeSearch(disparity_noise_fill_rate=0.2, disparity_noise_material_dropout=gap)
+    search.known_here = lambda of, kind: model("fill_rate", "material_dropout").parts  # type: ignore[attr-defined]
     search.begin = lambda candidate, base: model(candidate.effect)  # type: ignore[attr-defined]
     search.disagreement = lambda of, number, alone: None if agrees else "leaves much"  # type: ignore[attr-defined]
-    monkeypatch.setattr(confirm, "effect_class", lambda effect: SimpleNamespace(id=effect, kinds=("missing",)))
-    found = confirm._in_its_place(cast("Search", search), model("noise", "anywhere"), 1)
-    assert ([part.effect for part in found.parts] if found else None) == (["noise", "material"] if taken else None)
+    found = confirm._in_its_place(cast("Search", search), model("disparity_noise", "fill_rate"), 1)
+    assert ([part.effect for part in found.parts] if found else None) == (
+        ["disparity_noise", "material_dropout"] if taken else None
+    )
 
 
 @pytest.mark.parametrize(("gap", "taken"), [(0.2005, True), (0.3, False)])
@@ -226,15 +245,30 @@ def test_what_is_plainer_and_does_as_well_takes_the_place(
 ) -> None:
     """Holes anywhere, in the place of holes on each of three materials that are alike."""
     monkeypatch.setattr(Model, "build", lambda model, base: ())
-    material = Candidate("material", (Free("rate", 0, 1, False, 0.1),) * 3, {}, ((0.1,) * 3,))
-    search = FakeSearch(noise_anywhere=gap, noise_material=0.2)
-    search.known_here = lambda of, kind: model("anywhere").parts  # type: ignore[attr-defined]
+    material = Candidate("material_dropout", (Free("rate", 0, 1, False, 0.1),) * 3, {}, ((0.1,) * 3,))
+    search = FakeSearch(disparity_noise_fill_rate=gap, disparity_noise_material_dropout=0.2)
+    search.known_here = lambda of, kind: model("fill_rate").parts  # type: ignore[attr-defined]
     search.begin = lambda candidate, base: model(candidate.effect)  # type: ignore[attr-defined]
     search.disagreement = lambda of, number, alone: None  # type: ignore[attr-defined]
-    monkeypatch.setattr(confirm, "effect_class", lambda effect: SimpleNamespace(id=effect, kinds=("missing",)))
-    whole = Model((*model("noise").parts, material), np.zeros(3))
+    whole = Model((*model("disparity_noise").parts, material), np.zeros(3))
     found = confirm._in_its_place(cast("Search", search), whole, 1)
-    assert ([part.effect for part in found.parts] if found else None) == (["noise", "anywhere"] if taken else None)
+    assert ([part.effect for part in found.parts] if found else None) == (
+        ["disparity_noise", "fill_rate"] if taken else None
+    )
+
+
+@pytest.mark.parametrize(("gap", "taken"), [(0.15, False), (0.05, True)])
+def test_what_is_alike_another_cause_takes_a_place_for_much_only(
+    monkeypatch: pytest.MonkeyPatch, gap: float, taken: bool
+) -> None:
+    """Another shape of holes along the range, beside holes along the range, is what the formula of these leaves."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    search = FakeSearch(range_dropout=0.2, range_dropout_material_dropout=0.2, range_dropout_max_range=gap)
+    search.known_here = lambda of, kind: model("max_range").parts  # type: ignore[attr-defined]
+    search.begin = lambda candidate, base: model(candidate.effect)  # type: ignore[attr-defined]
+    search.disagreement = lambda of, number, alone: None  # type: ignore[attr-defined]
+    found = confirm._in_its_place(cast("Search", search), model("range_dropout", "material_dropout"), 1)
+    assert (found is not None) == taken
 
 
 @pytest.mark.parametrize(

@@ -147,7 +147,7 @@ def _answers(asked: Asked, k: int) -> bool:
 def _of_kind(asked: Asked, k: int) -> str | None:
     """Why the effect is none for one kind of gap."""
     primary = KINDS[k] == asked.effect.kinds[0]
-    if primary and asked.takes_away:
+    if primary and (asked.takes_away or rules.is_beside_others(asked, k)):
         return rules.leaves_level(asked, k)
     why = rules.leaves(asked, k) or (rules.is_of(asked, k) if primary else None)
     if why is None and asked.alone and (primary or not asked.closes_well):

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from depthsim.gap.depth.fit.grow import is_alike
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.shapley import credit
@@ -54,6 +55,7 @@ def _in_its_place(search: Search, model: Model, worst: int) -> Model | None:
     less, part = model.less(worst), model.parts[worst]
     refused, margin = effect_class(part.effect), search.config.select.tied * search.whole
     best, found = search.validated(model).gap, None
+    named, limit = [cause.effect for cause in less.parts], search.config.select
     for candidate in search.known_here(less, refused.kinds[0]) if less.parts else ():
         if candidate.effect == refused.id:
             continue
@@ -61,6 +63,8 @@ def _in_its_place(search: Search, model: Model, worst: int) -> Model | None:
         trial = search.validated(search.fit(begun, 4, search.config.fit.behind * model.loss, elsewhere=True))
         plainer = found is None and len(candidate.free) < len(part.free)
         near = trial.gap < best + (margin if plainer else 0)
+        if near and is_alike(candidate.effect, named):  # two shapes along one axis are one cause, by another formula
+            near = search.validated(search.fit(less, 3)).gap - trial.gap >= limit.alike * search.whole
         if near and search.disagreement(trial.model, len(less.parts), alone=True) is None:
             best, found = trial.gap, trial.model
     if found is not None:

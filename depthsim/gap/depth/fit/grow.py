@@ -119,16 +119,16 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         most = max((gap - c.gap for c in rivals), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
-    if _is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
+    if is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
         return False
     kind = effect_class(trial.newest.effect).kinds[0]
     named = {one for name in chain.named for one in _formula_of(name)}
     if kind in ("bias", "spread", "missing") and kind in named and gained < limit.least * search.whole:
         return False  # as much is left by the formula of the first
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
-    # With so many parameters it takes up some of what the formulas of others leave, and is a cause if that is all.
-    if (by_material or search.is_flexible(trial.newest)) and gained < limit.further * search.whole:
-        return gained >= search.config.agreement.nearly_all * left and search.acts(trial.model)
+    flexible = by_material or search.is_flexible(trial.newest)
+    if flexible and gained < limit.further * search.whole and not _is_no_leftover(search, chain, trial, by_material):
+        return False
     faint = search.config.significance.faint * chain.score.floor
     if closes_enough(gained, left, search.whole, faint, limit):
         return True
@@ -145,6 +145,21 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     return all(_stays(search, gap, trial, other) or (acts and not search.acts(other.model)) for other in others)
 
 
+def _is_no_leftover(search: Search, chain: Chain, trial: Trial, by_material: bool) -> bool:
+    """Whether an effect with so many parameters, which takes up some of what the formulas of others leave, is a cause.
+
+    It closes all that is left, or leaves little along an axis that is no other's, beside which the others stay causes.
+    """
+    if chain.gap - trial.gap >= search.config.agreement.nearly_all * chain.score.above:
+        return search.acts(trial.model)
+    if by_material or not search.acts(trial.model):
+        return False
+    along = search.left_along(trial.model)
+    if along is None or along > search.config.select.left_alone:
+        return False
+    return not any(search.disagreement(trial.model, k, alone=True) for k in range(len(chain.named)))
+
+
 def _formula_of(effect: str) -> Sequence[str]:
     """The kinds of error that an effect makes by a formula of its own; a filter takes spread away by one."""
     kinds = effect_class(effect).kinds
@@ -155,7 +170,7 @@ def _is_other_kind(one: Trial, other: Trial) -> bool:
     return effect_class(one.newest.effect).kinds[0] != effect_class(other.newest.effect).kinds[0]
 
 
-def _is_alike(effect: str, named: Sequence[str]) -> bool:
+def is_alike(effect: str, named: Sequence[str]) -> bool:
     """Whether a cause makes the same kind of error along the same axis first: an effect may be for what it leaves."""
     kinds = [(one.kinds[0], one.axes[:1]) for one in map(effect_class, (effect, *named))]
     return bool(kinds[0][1]) and kinds[0] in kinds[1:]

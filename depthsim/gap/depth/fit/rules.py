@@ -92,6 +92,11 @@ def leaves(asked: Asked, k: int) -> str | None:
     return None
 
 
+def is_beside_others(asked: Asked, k: int) -> bool:
+    """Whether an effect makes holes anywhere, and those of the gap change along an axis of another cause of holes."""
+    return KINDS[k] == "missing" and not asked.effect.axes and _is_theirs(asked, k, _first(asked, k))
+
+
 def leaves_level(asked: Asked, k: int) -> str | None:
     """Whether too much is left of what a kind of gap has in the mean, however it changes."""
     axis = int(np.argmax(asked.gap.mean[k]))
