@@ -107,3 +107,5 @@ def test_what_was_counted_is_told_though_it_is_as_usual(effect: str, told: list[
         effect=effect, parameters=usual, ci95={told[0]: [0.9, 1.0]}, closed_fraction=0.5, ci95_closed=(0.4, 0.6)
     )
     assert [one.name for one in words.parameters(cause)] == told
+    if told[0] == "share":
+        assert words.parameters(cause)[0].text == "share 100 % (95 %: 90 to 100)"

@@ -127,14 +127,15 @@ def parameters(cause: "Cause") -> list[Parameter]:
         if as_usual and not counted:
             continue
         unit, words = (declared[name].unit, declared[name].about) if name in declared else ("", "")
+        unit, times = ("%", 100) if unit == "share" else ("" if unit == "1" else unit, 1)
         parts = value if isinstance(value, Mapping) else {"": value}
         for tag, number in parts.items():
             label = f"{name}.{tag}" if tag else name
             interval = cause.ci95.get(label)
             if tag and interval is None and cause.ci95:
                 continue
-            low, high = (figure(x) for x in interval) if interval else (None, None)
-            found.append(Parameter(label, figure(number), low, high, "" if unit == "1" else unit, words))
+            low, high = (figure(times * x) for x in interval) if interval else (None, None)
+            found.append(Parameter(label, figure(times * number), low, high, unit, words))
     return sorted(found, key=lambda parameter: parameter.low is None)
 
 
