@@ -124,18 +124,17 @@ def _scene(runs: tuple[Run, Run], scene: str | Path | Scene | None, materials: M
 def _weighted(a: Evidence, b: Evidence, limit: DepthCompare) -> tuple[Floats, Floats, float]:
     """The counts of both as if they had seen the same ranges of the same materials, and how much both have seen."""
     number = next(n for n, axis in enumerate(a.axes) if axis.name == "range x material" and axis.kind == ERROR)
-    bins, size, begin = int(BINS[ERROR]), a.axes[number].size, int(a.offsets[number])
     shares = []
     for one in (a, b):
-        counts = one.real_counts(range(len(one.blocks))).sum(axis=0)[begin : begin + size * bins]
-        pixels = counts.reshape(size, bins).sum(axis=1).astype(np.float64)
+        counts = one.real_counts(range(len(one.blocks))).sum(axis=0)
+        pixels = one.cells(number, counts).sum(axis=1).astype(np.float64)
         shares.append(pixels / max(pixels.sum(), 1))
     both = np.minimum(*shares)
     weighted = []
     for one, share in zip((a, b), shares, strict=True):
         weight = np.clip(both / np.maximum(share, 1e-12), 0, limit.largest_weight)
-        nothing = np.zeros(size * bins)
-        correction = number, begin, np.repeat(weight, bins), nothing, np.zeros(size, np.int64)
+        ratio = np.repeat(weight, int(BINS[ERROR]))
+        correction = number, int(a.offsets[number]), ratio, np.zeros_like(ratio), np.zeros(len(weight), np.int64)
         weighted.append(_recounted(one, correction))
     return weighted[0], weighted[1], float(both.sum())
 

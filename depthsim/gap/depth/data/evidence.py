@@ -22,7 +22,7 @@ from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.doubling import SMALLEST, find_doubling
 from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, deal_blocks, inner_rows, select_frames, select_rows
-from depthsim.gap.depth.data.histograms import ERROR
+from depthsim.gap.depth.data.histograms import BINS, ERROR
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.regions import region_name, split_scene
@@ -158,6 +158,12 @@ class Evidence:
             return self._count(block, (self._measure(ordered, int(i), seed) for i in self.blocks[block]))
 
         return np.stack(self.each(one, blocks))
+
+    def cells(self, number: int, counts: NDArray[Any]) -> NDArray[Any]:
+        """(..., cells, bins) the histograms of one axis. counts: (..., size)."""
+        axis, begin = self.axes[number], int(self.offsets[number])
+        bins = int(BINS[axis.kind])
+        return counts[..., begin : begin + axis.size * bins].reshape(*counts.shape[:-1], axis.size, bins)
 
     def total(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
         """(size,): what :meth:`simulate` finds, summed over the blocks; the frames are shared out evenly.

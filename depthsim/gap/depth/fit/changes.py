@@ -148,13 +148,7 @@ def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: 
     have the chance of a simulated run taken off instead.
     """
     evidence = validator.evidence
-    axis, begin = evidence.axes[number], int(evidence.offsets[number])
-    bins = int(histograms.BINS[histograms.ERROR])
-
-    def cells(counts: Counted) -> Floats:
-        return counts[..., begin : begin + axis.size * bins].reshape(len(counts), axis.size, bins).astype(np.float64)
-
-    a, b = cells(one), cells(usual)
+    a, b = (evidence.cells(number, counts).astype(np.float64) for counts in (one, usual))
     halves = [(x[::2].sum(axis=0), x[1::2].sum(axis=0)) for x in (a, b)]
     pixels = a.sum(axis=(0, 2))
     shared = np.all([half.sum(axis=1) >= 30 for pair in halves for half in pair], axis=0)
@@ -162,7 +156,7 @@ def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: 
         (one_a, two_a), (one_b, two_b) = halves
         weight = pixels[shared] / pixels[shared].sum()
         return _squares(_scaled(one_a[shared], one_b[shared]), _scaled(two_a[shared], two_b[shared]), weight)
-    whole_a, whole_b, whole_null = (x.sum(axis=0) for x in (a, b, cells(null)))
+    whole_a, whole_b, whole_null = (x.sum(axis=0) for x in (a, b, evidence.cells(number, null)))
     enough = np.all([x.sum(axis=1) >= 30 for x in (whole_a, whole_b, whole_null)], axis=0)
     if not enough.any():
         return np.zeros(len(KINDS)), np.zeros(len(KINDS))

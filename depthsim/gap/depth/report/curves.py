@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_HOLE, ERROR_NO_SURFACE, MAGNITUDES
+from depthsim.gap.depth.data.histograms import ERROR, ERROR_HOLE, ERROR_NO_SURFACE, MAGNITUDES
 from depthsim.gap.report.drawing import Array, Drawn
 from depthsim.gap.resampling import jackknife_half
 
@@ -75,10 +75,8 @@ def _curve(
     evidence: Evidence, number: int, drawn: _Groups, counts: NDArray[np.integer] | NDArray[np.float64]
 ) -> tuple[Floats, Floats]:
     """Value and band of one sensor. counts: (blocks, size)."""
-    bins, begin = int(BINS[ERROR]), int(evidence.offsets[number])
-    size = evidence.axes[number].size
-    own = counts[:, begin : begin + size * bins].reshape(len(counts), size, bins).astype(np.float64)
-    grouped = np.zeros((len(counts), drawn.count, bins))
+    own = evidence.cells(number, counts).astype(np.float64)
+    grouped = np.zeros((len(counts), drawn.count, own.shape[-1]))
     kept = drawn.group >= 0
     for cell in np.flatnonzero(kept):
         grouped[:, drawn.group[cell]] += own[:, cell]

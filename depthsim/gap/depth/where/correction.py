@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.draws import Seed
-from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.simulate import LOCATING
@@ -56,10 +55,8 @@ def _closes(
 
 def _correction(evidence: Evidence, number: int, real: Floats, simulated: Floats) -> tuple[object, ...]:
     """What :func:`counting.count_corrected` needs: how much commoner each bin is in the recording, cell by cell."""
-    axis = evidence.axes[number]
-    bins, limit = int(histograms.BINS[axis.kind]), evidence.config.where
-    begin = int(evidence.offsets[number])
-    a, b = (x[begin : begin + axis.size * bins].reshape(axis.size, bins) for x in (real, simulated))
+    limit = evidence.config.where
+    a, b = (evidence.cells(number, counts) for counts in (real, simulated))
     # Bins with little in them are drawn to what the axis has as a whole.
     prior_a, prior_b = ((x.sum(axis=0) + 1e-9) / max(x.sum(), 1) for x in (a, b))
     share_a, share_b = (
@@ -70,4 +67,4 @@ def _correction(evidence: Evidence, number: int, real: Floats, simulated: Floats
     excess = np.maximum(share_a - ratio * share_b, 0)
     excess[excess < 1e-5] = 0
     most = (excess > 0).sum(axis=1)
-    return number, begin, ratio.reshape(-1), excess.reshape(-1), most
+    return number, int(evidence.offsets[number]), ratio.reshape(-1), excess.reshape(-1), most

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import jensenshannon
 
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.histograms import ACROSS, BINS, ERROR, ERROR_HOLE, ERROR_NO_SURFACE, MAGNITUDES, UP
+from depthsim.gap.depth.data.histograms import ACROSS, ERROR, ERROR_HOLE, ERROR_NO_SURFACE, MAGNITUDES, UP
 from depthsim.gap.diagnosis import What
 
 _MIDDLES = np.concatenate([[0], (MAGNITUDES[:-1] + MAGNITUDES[1:]) / 2, [100]])
@@ -39,9 +39,7 @@ def compare_cells(
 ) -> Difference:
     """What differs in some cells of an axis."""
     kind = evidence.axes[axis].kind
-    bins, begin = int(BINS[kind]), int(evidence.offsets[axis])
-    size = evidence.axes[axis].size
-    a, b = (x[begin : begin + size * bins].reshape(size, bins)[cells].astype(float) for x in (real, simulated))
+    a, b = (evidence.cells(axis, counts)[cells].astype(float) for counts in (real, simulated))
     if kind != ERROR:
         over_time = evidence.axes[axis].name == "frame_neighbours"
         whose = "the same pixel in successive frames" if over_time else "neighbouring pixels"

@@ -102,7 +102,7 @@ def _changes(evidence: Evidence, number: int, real: Counts, plain: Counts, anoth
     everything = int(evidence.axes[0].size) * bins
 
     def roots(counts: Counts) -> tuple[Floats, Floats]:
-        cells = _cells(evidence, number, counts).astype(float)
+        cells = evidence.cells(number, counts).astype(float)
         # Some axes leave pixels out: those are one cell more.
         outside = counts[:everything].reshape(-1, bins).sum(axis=0) - cells.sum(axis=0)
         cells = np.vstack([cells, np.maximum(outside, 0)])
@@ -131,21 +131,14 @@ def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any
     """(cells,) how pairs of errors differ beyond what either error alone does [bits]; 0 for an axis without pairs."""
     if evidence.axes[number].kind not in PAIRS:
         return np.zeros(evidence.axes[number].size)
-    return errors_together(*(_cells(evidence, number, counts) for counts in (x, y)))
+    return errors_together(*(evidence.cells(number, counts) for counts in (x, y)))
 
 
 def _more_holes_together(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any]) -> Floats:
     """(cells,) by how much more holes go together in x than in y [bits]; 0 for an axis without pairs."""
     if evidence.axes[number].kind not in PAIRS:
         return np.zeros(evidence.axes[number].size)
-    return holes_together(_cells(evidence, number, x)) - holes_together(_cells(evidence, number, y))
-
-
-def _cells(evidence: Evidence, number: int, counts: NDArray[Any]) -> NDArray[Any]:
-    """(cells, bins) the histograms of an axis."""
-    axis, begin = evidence.axes[number], int(evidence.offsets[number])
-    bins = int(histograms.BINS[axis.kind])
-    return counts[begin : begin + axis.size * bins].reshape(axis.size, bins)
+    return holes_together(evidence.cells(number, x)) - holes_together(evidence.cells(number, y))
 
 
 def axis_cost(axis: Axis, limit: DepthWhere) -> float:
