@@ -14,6 +14,7 @@ from depthsim.gap.depth.fit.fitting import Fitting, Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Score
 
 SCORE = cast("Score", SimpleNamespace(stands_out=lambda limit: True, above=0.3, floor=0.0))
@@ -118,6 +119,25 @@ def test_what_is_dropped_has_no_rivals_and_takes_others_like_it_with_it(monkeypa
     found = select._chain(cast("Search", search), SCORE, Chain(DepthSelect(), SCORE, 1.0))
     assert begun == [["noise", "other", "filter"], ["filter"]]
     assert found.model is None and found.nearest[0].effect == "noise"
+
+
+@pytest.mark.parametrize("stays", [True, False])
+def test_nothing_is_seen_behind_biases_that_are_no_causes_there(monkeypatch: pytest.MonkeyPatch, stays: bool) -> None:
+    """A rolling shutter by another formula: from its own depth most of what is left is what the formula leaves."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(select, "first_axes", lambda validator, effects: [])
+    monkeypatch.setattr(select, "Search", lambda *_: SimpleNamespace(config=DepthConfig()))
+    left = SimpleNamespace(stands_out=lambda limit: True, gap=0.3, floor=0.1)
+    evidence = SimpleNamespace(config=DepthConfig(), base=())
+    validator = SimpleNamespace(evidence=evidence, score=lambda effects: left, quick=lambda effects: 1.0)
+
+    def again(search: Search, score: Score, begun: Chain) -> Chain:
+        begun.model = begun.model if stays else None
+        return begun
+
+    monkeypatch.setattr(select, "_chain", again)
+    found = Selection(model("rolling_shutter"), {}, (), ())
+    assert select.select_more(cast("Any", validator), [], found, lambda _: None) is (found if stays else None)
 
 
 @pytest.mark.parametrize("better", [True, False])

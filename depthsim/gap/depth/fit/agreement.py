@@ -27,6 +27,12 @@ from depthsim.gap.depth.fit.changes import (
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
+_ALONE = (
+    rules.leaves_geometry, rules.leaves_crossed, rules.brings, rules.leaves_own, rules.is_for_another_axis,
+    rules.is_by_height,
+)  # fmt: skip
+"""Rules for the kind of errors that an effect mainly makes, once all other causes are there."""
+
 
 def leaves_biases(before: tuple[Validator, Effects], after: tuple[Validator, Effects]) -> bool:
     """Whether most of how biases change is left, along the axis on which they change most, where there is much of them.
@@ -153,8 +159,7 @@ def _of_kind(asked: Asked, k: int) -> str | None:
     if why is None and asked.alone and (primary or not asked.closes_well):
         why = rules.leaves_elsewhere(asked, k)
     if why is None and asked.alone and primary:
-        others = rules.leaves_geometry, rules.leaves_crossed, rules.brings, rules.leaves_own, rules.is_for_another_axis
-        why = next(filter(None, (rule(asked, k) for rule in others)), None)
+        why = next(filter(None, (rule(asked, k) for rule in _ALONE)), None)
     return why
 
 

@@ -183,6 +183,21 @@ def is_for_another_axis(asked: Asked, k: int) -> str | None:
     return f"leaves {share:.0%} of how {asked.change_along(k, first)}, and it acts along others"
 
 
+def is_by_height(asked: Asked, k: int) -> str | None:
+    """Whether biases that a pattern is learned from change along the height nearly as much as in the picture.
+
+    What a level camera sees at one height it sees in one row, and a pattern of the picture follows what the scene has.
+    """
+    if not asked.learned or KINDS[k] != "bias":
+        return None
+    sure, worth = worth_of(asked.validator, asked.gap, k)
+    heights = [n for n, axis in enumerate(asked.validator.evidence.axes) if axis.name == "height" and sure[n]]
+    most = max((float(worth[n]) for n in heights), default=0.0)
+    if most < max(asked.limit.uniform, asked.limit.untouched * float(worth[asked.own].max(initial=0.0))):
+        return None
+    return "is not told from biases that change along height"
+
+
 def leaves_crossed(asked: Asked, k: int) -> str | None:
     """Whether much bias is left along an axis of the effect's crossed with another one, beyond what is along its own.
 

@@ -62,7 +62,7 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
 
 def select_more(validator: Validator, bank: Sequence[Candidate], found: Selection, say: Say) -> Selection | None:
     """Causes besides those of a selection from elsewhere, less noise and filters that do not show; None where nothing
-    is left, or its biases bring no pixel nearer, so that nothing is seen behind them.
+    is left, or its biases bring no pixel nearer or are no causes there, so that nothing is seen behind them.
 
     validator: see :meth:`Evidence.centred`. Further biases are none, nor noise beside a noise or where a bias is left,
     nor holes beside holes: so near to a large one, they are what its formula leaves.
@@ -85,7 +85,9 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
     # Noise and how it goes together are seen better here than beside the biases, whatever was named for them there.
     dropped = {name for name in chain.dropped if effect_class(name).kinds[0] in ("correlation", "spread")}
     already = {part.effect for part in model.parts}
-    if chain.model is None or not set(chain.named) >= already - dropped or set(chain.named) == already:
+    if chain.model is None:  # what formulas leave is too much there to say anything of any cause
+        return None
+    if not set(chain.named) >= already - dropped or set(chain.named) == already:
         return found
     nearest = tuple(near for near in found.nearest if near.effect not in chain.named)
     ties = {cause: equals for cause, equals in {**found.ties, **chain.ties}.items() if cause in chain.named}
