@@ -184,6 +184,19 @@ def test_a_small_cause_has_no_parameter_for_each_material(
     assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
 
 
+@pytest.mark.parametrize(("rival_acts", "enough"), [(False, True), (True, False)])
+def test_holes_anywhere_beside_a_shadow_are_named_where_no_rival_acts(rival_acts: bool, enough: bool) -> None:
+    """Whatever makes holes comes near; which of them is there is told by where it acts."""
+    search = FakeSearch(fill_rate_range_dropout=0.045)
+    search.acts = lambda of: of.parts[-1].effect == "fill_rate" or rival_acts
+    search.makes_steps, search.is_flexible = (lambda of: False), (lambda one: False)
+    search.left_along = lambda of: None
+    begun = chain(0.07, "stereo_shadow")
+    begun.score = SimpleNamespace(above=0.07, floor=0.0)
+    trial, rival = Trial(model("fill_rate"), 0.045), Trial(model("range_dropout"), 0.046)
+    assert grow._closes_enough(cast("Search", search), begun, trial, [trial, rival]) == enough
+
+
 @pytest.mark.parametrize(
     ("along", "others", "enough"),
     [(0.1, None, True), (0.5, None, False), (None, None, False), (0.1, "is another", False)],

@@ -141,7 +141,8 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     along = search.left_along(trial.model)
     learned = learned_of(effect_class(trial.newest.effect))  # as much as other frames say for sure is there
     acts = along is not None and (bool(learned) or along <= limit.left_alone)
-    acts = acts or (not effect_class(trial.newest.effect).axes and kind not in named and search.acts(trial.model))
+    anywhere = not effect_class(trial.newest.effect).axes and (kind not in named or kind == "missing")
+    acts = acts or (anywhere and search.acts(trial.model))
     return all(_stays(search, gap, trial, other) or (acts and not search.acts(other.model)) for other in others)
 
 
