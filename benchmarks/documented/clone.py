@@ -38,6 +38,11 @@ class Outcome:
     fault: str
 
 
+def _made_here() -> list[str]:
+    """Runs and reports that were made in the checkout, by the same command lines."""
+    return [path.parent.name for name in ("run.yaml", "diagnosis.json") for path in ROOT.glob(f"*/{name}")]
+
+
 class Clone:
     """The checkout's files but its packages, with programs on the path that a reader has.
 
@@ -52,7 +57,7 @@ class Clone:
         if venv is None:
             self.venv = home / "venv"
             # numba keeps its kernels by the place of their files: those of a copy would all be compiled anew.
-            ignore = shutil.ignore_patterns(".*", "__pycache__", "tests", "depthsim", "viewer")
+            ignore = shutil.ignore_patterns(".*", "__pycache__", "tests", "depthsim", "viewer", *_made_here())
             shutil.copytree(ROOT, self.home, ignore=ignore)
             self._stand_in()
         else:
