@@ -168,12 +168,12 @@ def test_a_scale_of_each_frame_is_told_from_poses_that_are_off(room: Room, walk:
 def test_a_drift_that_lasts_is_of_the_poses_unless_disparities_explain_it(room: Room, walk: Run) -> None:
     """What a bias of another shape leaves lasts as long as a short recording, and looks like biases."""
     errors = room.register(walk).errors
-    assert errors.independent > 3 and not errors.last
+    assert errors.independent > 3 and not errors.are_lasting
     drift = np.linspace(-1.5, 1.5, FRAMES)[:, None] * SIZE
     lasting = room.register(room.record(drift)).errors
-    assert not lasting.is_none and lasting.independent < 3 and not lasting.last, lasting.of_disparity
+    assert not lasting.is_none and lasting.independent < 3 and not lasting.are_lasting, lasting.of_disparity
     bias = replace(lasting, of_disparity=0.5)
-    assert bias.last and "longer recording" in no_poses(bias)
+    assert bias.are_lasting and "longer recording" in no_poses(bias)
 
 
 def test_what_is_constant_is_told_and_left_in(room: Room) -> None:

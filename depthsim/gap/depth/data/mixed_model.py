@@ -200,7 +200,7 @@ class MixedModel:
             late=float(alike[0][6]),
             late_error=float(alike[1][6]),
             removed=self._removed() if self.variance.any() else 0.0,
-            independent=len(self.stamps) / self._lasting(),
+            independent=float(len(self.stamps) / law.sum(axis=1).mean()),
         )
 
     def _correlation_time(self) -> float:

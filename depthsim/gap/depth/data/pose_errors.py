@@ -59,7 +59,7 @@ class PoseErrors:
     independent: float = np.inf
 
     @property
-    def last(self) -> bool:
+    def are_lasting(self) -> bool:
         """Whether they last as long as the recording, and are much like biases: so is what another bias leaves."""
         return not self.is_none and self.independent < _FEW and self.of_disparity > _EXPLAINED
 

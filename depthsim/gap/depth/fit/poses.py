@@ -91,7 +91,7 @@ def no_poses(errors: PoseErrors | None) -> str:
         return f"{errors.repeated:.0%} of the pictures are the one before, pixel for pixel, while the poses go on"
     if errors.are_of_time:
         return _LATE
-    return _WANDERS if errors.are_of_disparity else _LASTS if errors.last else ""
+    return _WANDERS if errors.are_of_disparity else _LASTS if errors.are_lasting else ""
 
 
 def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
@@ -104,7 +104,7 @@ def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
     frames = [int(i) for block in given.blocks for i in block]
     found = register(given.run, given.caster, frames, given.threads)
     errors = found.errors
-    others = errors.are_of_time or errors.are_of_disparity or errors.last
+    others = errors.are_of_time or errors.are_of_disparity or errors.are_lasting
     if errors.is_unknown or others or (errors.is_none and (held is None or held.is_neutral)):
         return errors, None
     return errors, Poses(found, held, _registered(given, found))
