@@ -45,9 +45,7 @@ def counted(validator: Validator, counts: Counts, kind: int) -> NDArray[np.float
     """(bins,) of the first axis that counts this kind: all pixels, or all beside another one."""
     evidence = validator.evidence
     number = next(n for n, axis in enumerate(evidence.axes) if axis.kind == kind)
-    begin, bins = int(evidence.offsets[number]), int(histograms.BINS[kind])
-    cells = counts[begin : begin + evidence.axes[number].size * bins].reshape(-1, bins)
-    return cells.sum(axis=0).astype(np.float64)
+    return np.asarray(evidence.cells(number, counts).sum(axis=0), np.float64)
 
 
 def _of_differences(differences: NDArray[np.float64], errors: NDArray[np.float64]) -> float:
