@@ -132,42 +132,48 @@ class Caster:
         camera: Camera,
         pose: NDArray[np.float64],
         depth: NDArray[np.float32],
-        direction: NDArray[np.float64],
+        direction: NDArray[np.floating],
         threads: int | None = None,
-        stamp: float = 0.0,
+        stamps: float | NDArray[np.float64] = 0.0,
+        rays: NDArray[np.float32] | None = None,
     ) -> NDArray[np.uint8]:
         """(height, width) uint8: 1 where light from far away reaches what the camera sees, 0 in shadow or no hit.
 
-        pose: (4, 4) camera to world. depth: (height, width) float32, as cast from there. direction: (3,) unit vector
-        towards the light, in the world. The side that a surface turns to the light is not asked for. stamp: when [s].
+        pose: (4, 4) camera to world, or (height, 4, 4), a pose for every row. rays: (2, height, width) float32, at
+        z = 1 in place of the camera's own. depth: (height, width) float32, as cast by these. direction: (3,) unit
+        vector towards the light, in the world. The side that a surface turns to the light is not asked for. stamps:
+        when [s], one for all rows or one for each.
         """
         out, toward = np.empty(camera.shape, np.uint8), np.asarray(direction, np.float32)
-        row = np.concatenate([pose[:3, :3].reshape(-1), pose[:3, 3] - self._middle]).astype(np.float32)
+        times = np.atleast_1d(np.asarray(stamps, np.float64))
+        poses, rays = pose.reshape(-1, 4, 4), camera.rays if rays is None else rays
+        rows = np.concatenate([poses[:, :3, :3].reshape(-1, 9), poses[:, :3, 3] - self._middle], axis=1)
+        rows = rows.astype(np.float32)
         if self._embree is None:
-            where = rows_of(self.scene.movers, np.array([stamp]), self._middle)
-            self._embreex.reached(camera, row, depth, toward, out, where)
+            where = rows_of(self.scene.movers, times, self._middle)
+            self._embreex.reached(rays, rows, depth, toward, out, where)
             return out
         from depthsim.raycast.packet import FIELDS
         from depthsim.raycast.skyward import reach_kernel
 
         arguments, valid = embree.query_arguments(), embree.all_lanes()
         occluded, reach_rows = embree.address(f"rtcOccluded{self._lanes}"), reach_kernel(self._lanes)
-        scenes = [(self._embree.handle, row, toward, out)]
-        placed = self._placed(camera, pose[None], np.array([stamp]))
+        scenes = [(self._embree.handle, rows, toward[None], out)]
+        placed = self._placed(camera, poses, times)
         if placed is not None:
             for number, handle in enumerate(placed.handles):
-                own = placed.rows[0, number]
-                turned = own[:9].reshape(3, 3) @ row[:9].reshape(3, 3).T @ toward
+                own = np.ascontiguousarray(placed.rows[:, number])
+                turned = own[:, :9].reshape(-1, 3, 3) @ rows[:, :9].reshape(-1, 3, 3).swapaxes(1, 2) @ toward
                 scenes.append((int(handle), own, turned, np.empty(camera.shape, np.uint8)))
         threads = threads or core_count()
         cuts = np.linspace(0, camera.height, threads + 1).astype(int)
 
         def work(index: int) -> None:
             packet = embree.aligned((FIELDS * self._lanes,), np.float32)
-            for handle, frame, light, free in scenes:
+            for handle, frames, lights, free in scenes:
                 reach_rows(
-                    cuts[index], cuts[index + 1], occluded, handle, arguments, valid, packet, frame, light,
-                    camera.rays[0], camera.rays[1], depth, free,
+                    cuts[index], cuts[index + 1], occluded, handle, arguments, valid, packet, frames, lights,
+                    rays[0], rays[1], depth, free,
                 )  # fmt: skip
 
         run_threads(work, threads)

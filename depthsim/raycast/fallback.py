@@ -103,19 +103,21 @@ class EmbreexScene:
 
     def reached(
         self,
-        camera: Camera,
-        pose: NDArray[np.float32],
+        rays: NDArray[np.float32],
+        poses: NDArray[np.float32],
         depth: NDArray[np.float32],
         direction: NDArray[np.float32],
         out: NDArray[np.uint8],
         objects: NDArray[np.float32] = _NO_OBJECTS,
     ) -> None:
-        """Fill ``out``; the arguments are those of the kernel. objects: (1, objects, 3, 4) object to world."""
-        x, y = camera.rays
+        """Fill ``out``; the arguments are those of the kernel. objects: (1 or H, objects, 3, 4) object to world."""
+        x, y = rays
         places = np.stack([x, y, np.ones_like(x)], axis=-1) * (depth * SKIN)[..., None]
-        origin = (places.reshape(-1, 3) @ pose[:9].reshape(3, 3).T + pose[9:]).astype(np.float32)
+        turned = places @ poses[:, :9].reshape(-1, 3, 3).swapaxes(1, 2)
+        origin = (turned + poses[:, None, 9:]).reshape(-1, 3)
         toward = np.ascontiguousarray(np.broadcast_to(direction, origin.shape))
-        where = np.broadcast_to(objects[0][:, None], (objects.shape[1], len(origin), 3, 4))
+        where = np.broadcast_to(objects.swapaxes(0, 1)[:, :, None], (objects.shape[1], *depth.shape, 3, 4))
+        where = where.reshape(objects.shape[1], depth.size, 3, 4)
         out[:] = (depth > 0) & ~self._blocked(origin, toward, where).reshape(depth.shape)
 
 

@@ -27,19 +27,22 @@ def reach_kernel(lanes: int) -> Any:
 
     @kernel
     def reach_rows(
-        start, stop, occluded, scene, arguments, valid, packet, pose, direction, ray_x, ray_y, depth, out
+        start, stop, occluded, scene, arguments, valid, packet, poses, directions, ray_x, ray_y, depth, out
     ):  # fmt: skip
         """Rows ``start`` to ``stop`` of ``out``, (H, W) uint8: 1 where nothing lies on the way; 0 where nothing is hit.
 
-        pose: (12,) rotation row by row, then translation. direction: (3,) towards the light, in the same frame.
+        poses: (1 or H, 12) rotation row by row, then translation. directions: (1 or H, 3) to the light.
         ray_x, ray_y: (H, W) at z = 1. depth: (H, W) z-depth of the points.
         """
         width = depth.shape[1]
         for lane in range(lanes):
             packet[MASK * lanes + lane] = bits_float(np.int32(-1))
-            packet[DIRECTION_X * lanes + lane], packet[DIRECTION_Y * lanes + lane] = direction[0], direction[1]
-            packet[DIRECTION_Z * lanes + lane], packet[NEAR * lanes + lane] = direction[2], np.float32(0)
+            packet[NEAR * lanes + lane] = np.float32(0)
         for v in range(start, stop):
+            pose, direction = poses[v if len(poses) > 1 else 0], directions[v if len(directions) > 1 else 0]
+            for lane in range(lanes):
+                packet[DIRECTION_X * lanes + lane], packet[DIRECTION_Y * lanes + lane] = direction[0], direction[1]
+                packet[DIRECTION_Z * lanes + lane] = direction[2]
             for u0 in range(0, width, lanes):
                 for lane in range(lanes):
                     u = min(u0 + lane, width - 1)

@@ -61,9 +61,12 @@ class Frame:
     motion: where the camera is, in time.
     correlation: how the noise of all effects is correlated between pixels and frames.
     before: gives so many of the frames before this one, see :meth:`earlier`.
+    reached: says which pixels, (height, width) uint8, show what light from a direction in the world reaches, which is
+        (3,) a unit vector towards it; None where there is no scene that could hide it.
     """
 
     before: Callable[[int], Iterator["Frame"]] | None = None
+    reached: Callable[[NDArray[np.float32]], NDArray[np.uint8]] | None = None
 
     def __init__(
         self,

@@ -153,6 +153,8 @@ class Pipeline:
         past: gives the frames before, to effects that look back.
         """
         frame = self._frame(geometry, depth, exposure)
+        if isinstance(self.caster, Caster):
+            frame.reached = partial(self._reached, self.caster, effects, geometry, exposure)
         finishing = after_camera(effects)
         for effect in in_camera(effects):
             if effect.stage > Stage.OPTICS:
@@ -172,6 +174,23 @@ class Pipeline:
             depth, geometry, self.camera, scene, self.materials, e.motion, e.seed, e.index, e.stamp, e.threads,
             e.scratch, e.fields,
         )  # fmt: skip
+
+    def _reached(
+        self,
+        caster: Caster,
+        effects: Sequence[Effect],
+        geometry: Geometry,
+        e: Exposure,
+        direction: NDArray[np.float32],
+    ) -> NDArray[np.uint8]:
+        def cast() -> NDArray[np.uint8]:
+            view, depth = self.bend(effects, e), geometry.depth
+            if view is None:
+                return caster.reached(self.camera, e.pose, depth, direction, e.threads, e.stamp)
+            stamps = view.stamp if view.rows is None else view.rows
+            return caster.reached(self.camera, view.pose, depth, direction, e.threads, stamps, view.rays)
+
+        return geometry.once("reached", tuple(map(float, direction)), cast)
 
     def _finish(self, frame: Frame, exposure: Exposure, past: Past | None) -> None:
         """Round to whole units: what is done to a picture after it has left the camera is done to those."""

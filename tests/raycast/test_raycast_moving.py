@@ -118,9 +118,9 @@ def test_shadows_of_objects_fall_on_what_stands() -> None:
     sun = np.array([0.3, 0.2, 0.93])
     sun /= np.linalg.norm(sun)
     met = Caster(scene).cast(cam, pose, stamps=0.3)
-    found = Caster(scene).reached(cam, pose, met.depth, sun, stamp=0.3)
+    found = Caster(scene).reached(cam, pose, met.depth, sun, stamps=0.3)
     posed = Caster(scene.at(0.3)).reached(cam, pose, met.depth, sun)
-    embreex = Caster(scene, "embreex").reached(cam, pose, met.depth, sun, stamp=0.3)
+    embreex = Caster(scene, "embreex").reached(cam, pose, met.depth, sun, stamps=0.3)
     assert np.count_nonzero(found != posed) <= 2
     assert np.count_nonzero(found != embreex) <= 2
 

@@ -5,15 +5,21 @@ import itertools
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 from sensing import CAMERA, LEFT, RIGHT, disparity, measure, z_score
 from shapes import MATERIALS, Array, as_scene, look_at, quad, wall
 
 from depthsim.raycast import Caster
-from depthsim.sensor import Sensor
+from depthsim.sensor import Effect, Sensor
 from depthsim.sensor.effects.ambient import AmbientLight
+from depthsim.sensor.effects.extrinsics import ExtrinsicRotation
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.filter import SpatialFilter
+from depthsim.sensor.effects.lens import LensDistortion
 from depthsim.sensor.effects.material_noise import MaterialNoise
+from depthsim.sensor.effects.rolling_shutter import RollingShutter
+from depthsim.sensor.motion import Motion
+from depthsim.trajectory import Trajectory
 
 NOISE = MaterialNoise(floor=0.003, m={"plastic": 0.0, "cement": 0.8})
 
@@ -99,6 +105,48 @@ def test_the_azimuth_tells_which_wall_is_lit() -> None:
         for x in (3, -3):
             lost = (sensor.measure(look_at((0, 0, 0), (x, 0, 0))).depth == 0).mean()
             assert lost == (1 if x == lit else 0)
+
+
+def test_a_surface_keeps_the_sun_from_what_lies_behind_it() -> None:
+    """A plate over a floor, the sun 45 degrees high: its shadow lies as far beside it as it is high."""
+    floor, plate = quad((-20, -20, 0), (40, 0, 0), (0, 40, 0)), quad((-0.2, -0.2, 0.5), (0.4, 0, 0), (0, 0.4, 0))
+    caster, pose = Caster(as_scene(floor, plate, tags=["formboard"] * 2)), look_at((0.2, 0, 2), (0, 0, 0))
+    light = {"noise": 0, "holes": 1, "azimuth": 180.0, "elevation": 45.0}
+    shade, half = {}, np.sqrt(0.5)
+    for shadows in (0.0, 0.6, 1.0):
+        measured = Sensor(caster, CAMERA, [AmbientLight(**light, shadows=shadows)], MATERIALS).measure(pose)
+        x, y = CAMERA.rays
+        points = np.stack([x, y, np.ones_like(x)], -1) * measured.clean.depth[..., None] @ pose[:3, :3].T + pose[:3, 3]
+        dark = (abs(points[..., 0] - 0.5) < 0.19) & (abs(points[..., 1]) < 0.19) & (abs(points[..., 2]) < 0.01)
+        lit = (points[..., 0] > 0.72) | (abs(points[..., 1]) > 0.22)
+        assert dark.sum() > 200
+        assert abs(z_score((measured.depth[lit] == 0).sum(), np.full(lit.sum(), half))) < 4
+        shade[shadows] = (measured.depth[dark] == 0).sum()
+        assert abs(z_score(shade[shadows], np.full(dark.sum(), half * (1 - shadows)))) < 4 or not shade[shadows]
+    assert shade[1.0] == 0 < shade[0.6]
+
+
+@pytest.mark.parametrize(
+    "others", [[LensDistortion(k1=-0.2)], [ExtrinsicRotation(x=2, y=-3)], [RollingShutter(readout=0.1)]]
+)
+def test_no_surface_is_in_its_own_shadow(others: list[Effect]) -> None:
+    """However the rays are bent: points are where these rays met the mesh."""
+    light = AmbientLight(noise=0, holes=1, shadows=1, elevation=60)
+    floor = quad((-20, -20, 0), (40, 0, 0), (0, 40, 0))
+    poses = np.stack([look_at((0.1 * k, 0, 1), (0.1 + 0.3 * k, 0.2 * k, 0)) for k in range(4)])
+    turns = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
+    motion = Motion.along(Trajectory(np.arange(4) / 10, poses[:, :3, 3], turns))
+    sensor = Sensor(Caster(as_scene(floor)), CAMERA, [*others, light], MATERIALS)
+    measured = sensor.measure(motion.at(0.1)[0], motion=motion, stamp=0.1)
+    hit = measured.clean.depth > 0
+    assert abs(z_score((measured.depth[hit] == 0).sum(), np.full(hit.sum(), np.sin(np.radians(60))))) < 4
+
+
+def test_depth_from_elsewhere_has_no_shadows() -> None:
+    depth, keys = np.full(CAMERA.shape, 2.0), {"camera": CAMERA, "materials": MATERIALS}
+    effects = [AmbientLight(holes=0.5, azimuth=180, elevation=20, shadows=shadows) for shadows in (1.0, 0.0)]
+    dark, light = (Sensor(profile=[effect], **keys).apply(depth).depth for effect in effects)
+    assert (dark == 0).any() and np.array_equal(dark, light)
 
 
 def test_sun_alone_with_noise_or_with_holes() -> None:

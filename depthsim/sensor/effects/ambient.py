@@ -12,7 +12,7 @@ from depthsim.sensor.frame import Frame
 from depthsim.sensor.holes import lose
 
 _f = np.float32
-_ZERO = _f(0)
+_ZERO, _ONE = _f(0), _f(1)
 
 
 @kernel
@@ -29,6 +29,13 @@ def _light(start, stop, rotation, sun, normals, face, ray_x, ray_y, lit):
         cosine = nx * sun[0] + ny * sun[1] + nz * sun[2]
         cosine = -cosine if nx * rx + ny * ry + nz * rz > _ZERO else cosine
         out[i] = max(cosine, _ZERO) if faces[i] >= 0 else _ZERO
+
+
+@kernel
+def _shade(start, stop, shadows, reached, lit):
+    light, sees = lit[start:stop], reached[start:stop]
+    for i in range(light.size):
+        light[i] *= _ONE if sees[i] else _ONE - shadows
 
 
 @kernel
@@ -59,7 +66,9 @@ class AmbientLight(Effect):
     """Sunlit surfaces have more noise and more holes: std = noise · n·s and chance = holes · n·s, where n·s > 0.
 
     n is the surface's normal on the side that the camera sees, s the direction to the sun; the noise is one of the
-    disparity. A surface is in shade where it turns away from the sun; shadows that other surfaces cast are left out.
+    disparity. A surface is in shade where it turns away from the sun. Where another one hides the sun from it, it has
+    the share 1 - shadows of all three: none of it under an open sky, all of it where the mesh has a roof that the sun
+    shines through. Of depth from elsewhere nothing is known that could hide the sun.
     """
 
     id: ClassVar[str] = "ambient_light"
@@ -101,6 +110,15 @@ class AmbientLight(Effect):
         source="none: a noise of its own stands for it",
         starts=(1.0,),
     )
+    shadows: float = parameter(
+        0.0,
+        low=0,
+        high=1,
+        unit="share",
+        about="of the light that what lies in another surface's shadow lacks",
+        source="none: rooms have windows, and their meshes none",
+        starts=(0.5,),
+    )
     azimuth: float = parameter(
         30.0,
         low=-180,
@@ -140,6 +158,8 @@ class AmbientLight(Effect):
         ray_x, ray_y = frame.camera.rays.reshape(2, -1)
         face = frame.geometry.face.reshape(-1)
         frame.run(_light, rotation, self.sun, frame.scene.normals, face, ray_x, ray_y, lit)
+        if self.shadows and frame.reached is not None:
+            frame.run(_shade, _f(self.shadows), frame.reached(self.sun).reshape(-1), lit)
         if self.noise:
             frame.run(_add_noise, _f(self.noise), lit, frame.noise_variance.reshape(-1))
         if self.gain:
