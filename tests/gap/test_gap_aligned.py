@@ -88,7 +88,7 @@ def test_one_that_does_not_has_its_alignment_among_the_candidates(aligned: Path)
     base = (DisparityNoise(sigma=0.06 * ZOOM), BASE[1])
     evidence = unsaid(aligned, base)
     bank = [one for one in candidates(base, setting_of(evidence)) if one.effect == AlignToColor.id]
-    assert {free.name for one in bank for free in one.free} == {"x", "zoom"}
+    assert {free.name for one in bank for free in one.free} == {"x", "zoom", "overlap"}
     validator = Validator(evidence, evidence.test)
     before, after = (validator.score(effects) for effects in (base, (*BASE, AlignToColor(x=-0.015, zoom=ZOOM))))
     assert before.stands_out(evidence.config.significance)
@@ -101,7 +101,7 @@ def test_a_fit_leaves_the_minimum_beside_the_true_one(aligned: Path) -> None:
     (bank,) = (one for one in candidates(BASE, setting_of(evidence)) if one.effect == AlignToColor.id)
     ruler, blocks = Ruler.of(evidence.axes), evidence.train
     target = ruler.roots(evidence.real_counts(blocks).sum(axis=0))
-    begun = {"x": -0.015, "zoom": 1.565}
+    begun = {"x": -0.015, "zoom": 1.565, "overlap": 1.0}
     beside = Model((bank,), bank.encode([begun[free.name] for free in bank.free]))
     found = best_neighbour(beside, BASE, target, lambda effects: ruler.roots(evidence.total(effects, blocks)))
     assert found.parameters(0)["zoom"] == pytest.approx(ZOOM, abs=0.004)
@@ -129,7 +129,7 @@ def test_fits_of_an_alignment_begin_where_doubled_rows_say(aligned: Path) -> Non
     evidence = unsaid(aligned, BASE)
     setting = replace(setting_of(evidence), doubled=(1.58, -1.2))
     (one,) = (one for one in candidates(BASE, setting) if one.effect == AlignToColor.id)
-    assert one.fixed["roll"] == -1.2 and one.starts[0] == (-0.015, 1.58)
+    assert one.fixed["roll"] == -1.2 and one.starts[0] == (-0.015, 1.58, 1.0)
     (zoom,) = (free for free in one.free if free.name == "zoom")  # a fit that follows slopes went from 1.58 to 1.72
     assert (zoom.low, zoom.high) == pytest.approx((1.58, 1.58), rel=0.006) and zoom.low < 1.58 < zoom.high
 
@@ -199,8 +199,8 @@ def test_an_alignment_is_not_taken_that_is_known_or_shown_by_nothing(aligned: Pa
     assert select_aligned(said, Validator(said, said.held_out), bank, find, lambda _: None) is None
 
 
-def test_rows_that_were_doubled_otherwise_are_not_searched_in_an_alignments_geometry(tmp_path: Path) -> None:
-    """Each pixel looked up at the nearest place: the alignment's own geometry makes the gap larger."""
+def test_pixels_that_were_looked_up_are_those_of_an_alignment_without_overlap(tmp_path: Path) -> None:
+    """Where the nearest of several wins, as in the driver's, noise brings all of the picture nearer."""
     camera = preset("d435", 160, 120, rate=3.0)
     generate("office", None, camera, BASE, tmp_path / "run", frames=10, seed=5, streams=("depth",), threads=1)
     for file in sorted((tmp_path / "run" / "depth").glob("*.png")):
@@ -212,20 +212,32 @@ def test_rows_that_were_doubled_otherwise_are_not_searched_in_an_alignments_geom
     kept = {key: value for key, value in keys.items() if key not in SAID}
     (tmp_path / "run" / "camera.yaml").write_text(yaml.safe_dump(kept | zoomed))
     evidence, _ = load_evidence(tmp_path / "run", None, BASE)
+    validator = Validator(evidence, evidence.held_out)
     assert evidence.doubled is not None
     bank = candidates(BASE, setting_of(evidence))
+    (candidate,) = (one for one in bank if one.effect == AlignToColor.id)
+    looked_at: list[Evidence] = []
+
+    def nothing(own: Evidence) -> Selection:
+        looked_at.append(own)
+        return Selection(Model((), np.empty(0)), {}, (), ())
+
+    select_aligned(evidence, validator, bank, nothing, lambda _: None)
+    assert looked_at[0].camera.aligned
+    assert [effect.overlap for effect in looked_at[0].base if isinstance(effect, AlignToColor)] == [0.1]
 
     def find(_: Evidence) -> Selection:
         raise AssertionError
 
-    assert select_aligned(evidence, Validator(evidence, evidence.held_out), bank, find, lambda _: None) is None
+    of_the_driver = replace(candidate, starts=tuple(values for values in candidate.starts if 1.0 in values))
+    assert select_aligned(evidence, validator, [of_the_driver], find, lambda _: None) is None
 
 
 def test_a_camera_with_its_colour_cameras_intrinsics_is_noted(aligned: Path) -> None:
     evidence = unsaid(aligned, BASE, ("aligned", "depth"))
     assert evidence.camera.is_aligned_unsaid and any("`aligned: true`" in note for note in notes_of(evidence))
     bank = [one for one in candidates(BASE, setting_of(evidence)) if one.effect == AlignToColor.id]
-    assert {free.name for one in bank for free in one.free} == {"x", "zoom"}
+    assert {free.name for one in bank for free in one.free} == {"x", "zoom", "overlap"}
     assert not preset("d435", 320, 240).is_aligned_unsaid
 
 

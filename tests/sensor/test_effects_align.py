@@ -211,3 +211,18 @@ def test_a_run_that_is_not_aligned_by_its_own_account_is_made_like_by_the_parame
     assert again.camera == made.camera.model_copy(update={"color": None})
     one = Sensor("office", again.camera, [AlignToColor(zoom=1.4)]).measure(made.poses[0])
     assert (again.depth_raw(0) == one.depth_raw).all()
+
+
+@pytest.mark.parametrize("zoom", [1.0, 1.53])
+def test_without_overlap_each_pixel_of_the_picture_is_one_of_the_imagers(zoom: float) -> None:
+    """Of a wall with noise: where the nearest of several wins all of it is nearer, else it is where it was."""
+    eye = CAMERA.model_copy(update={"color": None})
+    given = {overlap: AlignToColor(x=0.0, zoom=zoom, overlap=overlap) for overlap in (1.0, 0.0)}
+    caster = Caster(as_scene(wall(1.0)))
+    found = {o: measured(eye, DisparityNoise(sigma=0.3), e, caster=caster)[5:-5, 5:-5] for o, e in given.items()}
+    spread = zoom * measured(eye, DisparityNoise(sigma=0.3), caster=caster).std()  # of the imager's shorter lens
+    alone = found[0.0][found[0.0] > 0]
+    assert alone.size > 0.99 * found[0.0].size  # where float32 leaves a slit there is none
+    assert alone.std() == pytest.approx(spread, rel=0.05)
+    assert alone.mean() == pytest.approx(1.0, abs=5 * zoom * spread / np.sqrt(alone.size) + spread**2)
+    assert found[1.0].mean() < alone.mean() - 0.5 * spread

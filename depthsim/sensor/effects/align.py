@@ -19,6 +19,8 @@ _WIDEST = 0.1
 """The least zoom that is one."""
 _BESIDE = -0.015, 0.059
 """[m] Where the colour cameras of a D435 and of a D455 are."""
+_OVERLAPS = 1.0, 0.1
+"""[px] librealsense's, and hardly any."""
 _SURE = 0.7
 """Over the root of the pixels: as well doubled rows show a zoom, relative. 0.005 where a picture has 160x120."""
 _SMALL = 160, 120
@@ -47,12 +49,12 @@ def _project(x, y, z, pose, lens):
 
 
 @kernel
-def _resample(depth, corner_x, corner_y, pose, lens, unit, out):
+def _resample(depth, corner_x, corner_y, pose, lens, unit, within, out):
     """Each pixel of ``depth`` into all pixels of ``out`` between the places of its corners; the nearest stays.
 
     Where there is none, ``out`` becomes 0.
     corner_x, corner_y: (height + 1, width + 1) rays at z = 1 through the corners of the pixels. unit: of the depth
-    that the camera rounds to before it resamples [m].
+    that the camera rounds to before it resamples [m]. within: how much less than to their middles it must reach [px].
     """
     height, width = depth.shape
     rows, columns = out.shape
@@ -71,8 +73,8 @@ def _resample(depth, corner_x, corner_y, pose, lens, unit, out):
             z = np.floor(row[u] / unit + _HALF) * unit
             left, top = _project(upper_x[u], upper_y[u], z, pose_of, lens_of)
             right, bottom = _project(lower_x[u], lower_y[u], z, pose_of, lens_of)
-            begins_x[u] = left + _HALF if z > _ZERO else _f(-2)
-            begins_y[u], ends_x[u], ends_y[u] = top + _HALF, right + _HALF, bottom + _HALF
+            begins_x[u] = left + _HALF + within if z > _ZERO else _f(-2)
+            begins_y[u], ends_x[u], ends_y[u] = top + _HALF + within, right + _HALF - within, bottom + _HALF - within
         for u in range(width):
             left, top, right, bottom = begins_x[u], begins_y[u], ends_x[u], ends_y[u]
             # A whole number is what is left of the point, so that down to -1 a corner counts as on the border. Written
@@ -124,6 +126,10 @@ class AlignToColor(Effect):
     what the colour camera sees past an object's edge is a hole, and the background seen through it is not hidden.
     Of a camera that says where its colour camera is, nothing is left to choose. ``x``, ``zoom`` and ``roll`` are for
     one that does not: the left imager then has pictures of the same size, and looks the same way but for the roll.
+
+    As a pixel also covers what it only touches, the nearest of several wins, and where neighbours have noise of their
+    own all of the picture is nearer. Other software, which renders points or looks each pixel up, takes one of them:
+    with an ``overlap`` of 0 a pixel covers those whose middles lie in its rectangle.
     """
 
     id: ClassVar[str] = "align_to_color"
@@ -150,6 +156,10 @@ class AlignToColor(Effect):
         0.0, low=-5, high=5, unit="deg", about="by how much the colour camera is turned about its own axis, rightwards",
         source="1.1° in the frames of RobotCalibration, by which rows are doubled; 0 by construction", frozen=True,
     )  # fmt: skip
+    overlap: float = parameter(
+        1.0, low=0, high=1, unit="px", about="how much farther than to their middles a pixel covers those of a picture",
+        source="librealsense, where it covers what it touches", starts=_OVERLAPS, step=0.1,
+    )  # fmt: skip
 
     @classmethod
     def possible(cls, setting: Setting) -> bool:
@@ -164,7 +174,10 @@ class AlignToColor(Effect):
     @classmethod
     def suggested(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
         """The zoom by which rows are doubled; where the colour camera is, they do not show."""
-        return [{"x": x, "zoom": setting.doubled[0]} for x in _BESIDE] if setting.doubled is not None else ()
+        if setting.doubled is None:
+            return ()
+        zoom = setting.doubled[0]
+        return [{"x": x, "zoom": zoom, "overlap": overlap} for x in _BESIDE for overlap in _OVERLAPS]
 
     @classmethod
     def bounds_in(cls, setting: Setting) -> Mapping[str, tuple[float, float]]:
@@ -196,5 +209,6 @@ class AlignToColor(Effect):
         to = np.linalg.inv(color.pose)
         pose = np.concatenate([to[:3, :3].reshape(-1), to[:3, 3]]).astype(np.float32)
         lens = np.array([color.fx, color.fy, color.cx, color.cy, *color.distortion], np.float32)
-        _resample(frame.depth, *_corner_rays(camera), pose, lens, _f(camera.depth_scale), out)
+        within, unit = _f(0.5 * (1 - self.overlap)), _f(camera.depth_scale)
+        _resample(frame.depth, *_corner_rays(camera), pose, lens, unit, within, out)
         frame.resize(out, self.stored(camera), Geometry.empty((0, 0), right=False))

@@ -44,9 +44,8 @@ def select_aligned(
         return None
     alignment = AlignToColor(**alone.parameters(0))
     run = replace(evidence.run, camera=alignment.stored(camera_for(evidence.camera, [alignment])))
-    beside = find(
-        Evidence(run, evidence.scene, evidence.materials, evidence.base, evidence.threads, config=evidence.config)
-    )
+    base = *evidence.base, alignment
+    beside = find(Evidence(run, evidence.scene, evidence.materials, base, evidence.threads, config=evidence.config))
     model = alone.plus(beside.model)
     if not search.makes_doubling(model, 0):  # the steps of a depth with little noise look alike
         return None
