@@ -88,7 +88,7 @@ def test_one_that_does_not_has_its_alignment_among_the_candidates(aligned: Path)
     base = (DisparityNoise(sigma=0.06 * ZOOM), BASE[1])
     evidence = unsaid(aligned, base)
     bank = [one for one in candidates(base, setting_of(evidence)) if one.effect == AlignToColor.id]
-    assert {free.name for one in bank for free in one.free} == {"x", "zoom", "overlap"}
+    assert {free.name for one in bank for free in one.free} == {"x", "zoom"}
     validator = Validator(evidence, evidence.test)
     before, after = (validator.score(effects) for effects in (base, (*BASE, AlignToColor(x=-0.015, zoom=ZOOM))))
     assert before.stands_out(evidence.config.significance)
@@ -98,10 +98,10 @@ def test_one_that_does_not_has_its_alignment_among_the_candidates(aligned: Path)
 def test_a_fit_leaves_the_minimum_beside_the_true_one(aligned: Path) -> None:
     """At 1.565 the picture is a pixel wider at its border than at 1.534, and nearly the same pixels are doubled."""
     evidence = unsaid(aligned, BASE)
-    (bank,) = (one for one in candidates(BASE, setting_of(evidence)) if one.effect == AlignToColor.id)
+    bank = next(one for one in candidates(BASE, setting_of(evidence)) if one.effect == AlignToColor.id)
     ruler, blocks = Ruler.of(evidence.axes), evidence.train
     target = ruler.roots(evidence.real_counts(blocks).sum(axis=0))
-    begun = {"x": -0.015, "zoom": 1.565, "overlap": 1.0}
+    begun = {"x": -0.015, "zoom": 1.565}
     beside = Model((bank,), bank.encode([begun[free.name] for free in bank.free]))
     found = best_neighbour(beside, BASE, target, lambda effects: ruler.roots(evidence.total(effects, blocks)))
     assert found.parameters(0)["zoom"] == pytest.approx(ZOOM, abs=0.004)
@@ -128,8 +128,9 @@ def test_doubled_rows_show_zoom_and_roll(zoom: float, roll: float) -> None:
 def test_fits_of_an_alignment_begin_where_doubled_rows_say(aligned: Path) -> None:
     evidence = unsaid(aligned, BASE)
     setting = replace(setting_of(evidence), doubled=(1.58, -1.2))
-    (one,) = (one for one in candidates(BASE, setting) if one.effect == AlignToColor.id)
-    assert one.fixed["roll"] == -1.2 and one.starts[0] == (-0.015, 1.58, 1.0)
+    one, other = (one for one in candidates(BASE, setting) if one.effect == AlignToColor.id)
+    assert (one.fixed["overlap"], other.fixed["overlap"]) == (1, 0)
+    assert one.fixed["roll"] == -1.2 and one.starts[0] == (-0.015, 1.58)
     (zoom,) = (free for free in one.free if free.name == "zoom")  # a fit that follows slopes went from 1.58 to 1.72
     assert (zoom.low, zoom.high) == pytest.approx((1.58, 1.58), rel=0.006) and zoom.low < 1.58 < zoom.high
 
@@ -215,7 +216,6 @@ def test_pixels_that_were_looked_up_are_those_of_an_alignment_without_overlap(tm
     validator = Validator(evidence, evidence.held_out)
     assert evidence.doubled is not None
     bank = candidates(BASE, setting_of(evidence))
-    (candidate,) = (one for one in bank if one.effect == AlignToColor.id)
     looked_at: list[Evidence] = []
 
     def nothing(own: Evidence) -> Selection:
@@ -224,20 +224,20 @@ def test_pixels_that_were_looked_up_are_those_of_an_alignment_without_overlap(tm
 
     select_aligned(evidence, validator, bank, nothing, lambda _: None)
     assert looked_at[0].camera.aligned
-    assert [effect.overlap for effect in looked_at[0].base if isinstance(effect, AlignToColor)] == [0.1]
+    assert [effect.overlap for effect in looked_at[0].base if isinstance(effect, AlignToColor)] == [0.0]
 
     def find(_: Evidence) -> Selection:
         raise AssertionError
 
-    of_the_driver = replace(candidate, starts=tuple(values for values in candidate.starts if 1.0 in values))
-    assert select_aligned(evidence, validator, [of_the_driver], find, lambda _: None) is None
+    of_the_driver = [one for one in bank if one.effect != AlignToColor.id or one.fixed["overlap"] == 1]
+    assert select_aligned(evidence, validator, of_the_driver, find, lambda _: None) is None
 
 
 def test_a_camera_with_its_colour_cameras_intrinsics_is_noted(aligned: Path) -> None:
     evidence = unsaid(aligned, BASE, ("aligned", "depth"))
     assert evidence.camera.is_aligned_unsaid and any("`aligned: true`" in note for note in notes_of(evidence))
     bank = [one for one in candidates(BASE, setting_of(evidence)) if one.effect == AlignToColor.id]
-    assert {free.name for one in bank for free in one.free} == {"x", "zoom", "overlap"}
+    assert {free.name for one in bank for free in one.free} == {"x", "zoom"}
     assert not preset("d435", 320, 240).is_aligned_unsaid
 
 

@@ -19,8 +19,6 @@ _WIDEST = 0.1
 """The least zoom that is one."""
 _BESIDE = -0.015, 0.059
 """[m] Where the colour cameras of a D435 and of a D455 are."""
-_OVERLAPS = 1.0, 0.1
-"""[px] librealsense's, and hardly any."""
 _SURE = 0.7
 """Over the root of the pixels: as well doubled rows show a zoom, relative. 0.005 where a picture has 160x120."""
 _SMALL = 160, 120
@@ -140,6 +138,7 @@ class AlignToColor(Effect):
     axes = ("edge_distance", "pixel_neighbours", "image_column", "image_position", "incidence")
     kinds = ("missing", "correlation", "tail", "spread", "bias")
     recording = "near objects before a far wall, with the driver's alignment off and on"
+    forms = ({"overlap": 1.0}, {"overlap": 0.0})
 
     x: float = parameter(
         -0.015, low=-0.1, high=0.1, unit="m", about="where the colour camera is, along the left imager's x",
@@ -158,7 +157,7 @@ class AlignToColor(Effect):
     )  # fmt: skip
     overlap: float = parameter(
         1.0, low=0, high=1, unit="px", about="how much farther than to their middles a pixel covers those of a picture",
-        source="librealsense, where it covers what it touches", starts=_OVERLAPS, step=0.1,
+        source="librealsense, where it covers what it touches", frozen=True,
     )  # fmt: skip
 
     @classmethod
@@ -169,15 +168,13 @@ class AlignToColor(Effect):
     @classmethod
     def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
         """With the roll that the lines of doubled rows show, where there are any."""
-        return cls.forms if setting.doubled is None else [{"roll": round(setting.doubled[1], 3)}]
+        roll = 0.0 if setting.doubled is None else round(setting.doubled[1], 3)
+        return [{"roll": roll, **form} for form in cls.forms]
 
     @classmethod
     def suggested(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
         """The zoom by which rows are doubled; where the colour camera is, they do not show."""
-        if setting.doubled is None:
-            return ()
-        zoom = setting.doubled[0]
-        return [{"x": x, "zoom": zoom, "overlap": overlap} for x in _BESIDE for overlap in _OVERLAPS]
+        return [{"x": x, "zoom": setting.doubled[0]} for x in _BESIDE] if setting.doubled is not None else ()
 
     @classmethod
     def bounds_in(cls, setting: Setting) -> Mapping[str, tuple[float, float]]:

@@ -19,7 +19,8 @@ from depthsim.sensor.pipeline import camera_for
 
 _LARGER = 1.1
 """Times the gap without the alignment: with more, rows were doubled in another way, and what is searched for in its own
-geometry would be in vain. Beside a noise that is far off, a right one takes off next to nothing."""
+geometry would be in vain. Beside a noise that is far off, a right one takes off next to nothing; so of the forms the
+first is taken that does no harm, which is the driver's, and not the one that takes off most."""
 
 
 def select_aligned(
@@ -33,14 +34,15 @@ def select_aligned(
 
     find: the causes on frames that say that they are aligned.
     """
-    candidate = next((one for one in bank if one.effect == AlignToColor.id), None)
-    if evidence.doubled is None or candidate is None or any(isinstance(e, AlignToColor) for e in evidence.base):
+    forms = [one for one in bank if one.effect == AlignToColor.id]
+    if evidence.doubled is None or not forms or any(isinstance(e, AlignToColor) for e in evidence.base):
         return None
     search = Search(evidence, validator, bank, evidence.base, say)
     say("taking the alignment that the doubled rows show")
-    shown = tuple(values for values in candidate.starts if evidence.doubled[0] in values)
-    alone = search.begin(replace(candidate, starts=shown), evidence.base)
-    if search.validated(alone).gap > _LARGER * search.before:
+    shown = [replace(one, starts=tuple(v for v in one.starts if evidence.doubled[0] in v)) for one in forms]
+    begun = (search.begin(one, evidence.base) for one in shown)
+    alone = next((one for one in begun if search.validated(one).gap <= _LARGER * search.before), None)
+    if alone is None:
         return None
     alignment = AlignToColor(**alone.parameters(0))
     run = replace(evidence.run, camera=alignment.stored(camera_for(evidence.camera, [alignment])))
