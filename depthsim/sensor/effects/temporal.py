@@ -62,6 +62,7 @@ class TemporalFilter(Effect):
     kinds = ("correlation", "spread", "missing")
     recording = "a camera that stands still and one that moves, with the camera's filters off and on"
     seen_on = ("disparity_noise",)
+    forms = ({"persistence": 3}, {"persistence": 0})
 
     alpha: float = parameter(
         0.4,
@@ -71,7 +72,7 @@ class TemporalFilter(Effect):
         neutral=1,
         about="weight of the frame itself",
         source="librealsense's default",
-        starts=(0.4,),
+        starts=(0.4, 0.9),
     )
     delta: float = parameter(
         20 / 32,
@@ -80,7 +81,8 @@ class TemporalFilter(Effect):
         unit="px",
         about="step of the disparity that is no noise",
         source="librealsense's default, 20 steps of 1/32 px",
-        frozen=True,
+        starts=(20 / 32, 4),
+        scale="log",
     )
     persistence: int = parameter(
         3,
