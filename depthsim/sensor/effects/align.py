@@ -168,8 +168,9 @@ class AlignToColor(Effect):
     @classmethod
     def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
         """With the roll that the lines of doubled rows show, where there are any."""
-        roll = 0.0 if setting.doubled is None else round(setting.doubled[1], 3)
-        return [{"roll": roll, **form} for form in cls.forms]
+        if setting.doubled is None:  # without overlap and doubled rows it smooths, which other effects do
+            return cls.forms[:1]
+        return [{"roll": round(setting.doubled[1], 3), **form} for form in cls.forms]
 
     @classmethod
     def suggested(cls, setting: Setting) -> Sequence[Mapping[str, float]]:

@@ -76,6 +76,7 @@ class SpatialFilter(Effect):
     axes = ("pixel_neighbours", "edge_distance", "range", "incidence", "frame_neighbours")
     kinds = ("correlation", "spread", "bias")
     recording = "a sharp depth edge before a far background, with the camera's filters off and on"
+    forms = ({"iterations": 2}, {"iterations": 1})
 
     alpha: float = parameter(
         0.5,
@@ -85,7 +86,7 @@ class SpatialFilter(Effect):
         neutral=1,
         about="weight of the pixel itself",
         source="librealsense's default",
-        starts=(0.5, 0.85),
+        starts=(0.5, 0.85, 0.95),
     )
     delta: float = parameter(
         20 / 32, low=0, high=16, unit="px", neutral=0, about="step of the disparity that counts as an edge",
