@@ -117,7 +117,7 @@ class AmbientLight(Effect):
         unit="share",
         about="of the light that what lies in another surface's shadow lacks",
         source="none: rooms have windows, and their meshes none",
-        starts=(0.5,),
+        starts=(0.0,),
     )
     azimuth: float = parameter(
         30.0,

@@ -26,7 +26,7 @@ SPREAD, FITTING, LOCATING = Seed("spread"), Seed("fitting"), (Seed("locating", 0
 the gap is located by. No recording that is diagnosed can have been made by one of them."""
 _CASTS = 2
 """How many casts of bent rays are kept of a frame that is fitted on; of another one it is the last."""
-_KEPT = 1 << 28
+_KEPT = 1 << 27
 """Bytes of pictures that are kept of frames before those that are looked at, and of what straight rays meet."""
 _BYTES = 14
 """Of a pixel in what its rays meet."""
