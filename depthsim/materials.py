@@ -18,6 +18,7 @@ class Material(BaseModel):
     source: str = Field("", description="where m comes from")
     ir_reflectance: FiniteFloat = Field(0.5, ge=0, le=1, description="diffuse reflectance at 850 nm")
     gloss: FiniteFloat = Field(0.05, ge=0, le=1, description="share of the light that is mirrored")
+    transmission: FiniteFloat = Field(0.0, ge=0, le=1, description="share of the sun's light that passes through")
     albedo: FiniteFloat = Field(0.5, ge=0, le=1, description="diffuse reflectance in visible light, for rgb/ images")
     texture: FiniteFloat = Field(0.3, ge=0, le=1, description="contrast of the procedural texture in rgb/ images")
     color: str = Field("#9a9a9a", pattern="^#[0-9a-fA-F]{6}$", description="for pictures only; no effect looks at it")
@@ -31,6 +32,11 @@ class Materials(RootModel[dict[str, Material]]):
 
     def __contains__(self, tag: object) -> bool:
         return isinstance(tag, str) and tag in self.root  # a file's tag may be anything
+
+    @property
+    def clear(self) -> frozenset[str]:
+        """The tags of what more than half of the sun's light passes, which casts no shadow."""
+        return frozenset(tag for tag, material in self.root.items() if material.transmission > 0.5)
 
     @property
     def tags(self) -> list[str]:

@@ -1,9 +1,12 @@
 """The ray caster over one scene."""
 
 import os
+import threading
+from collections.abc import Collection
 from copy import copy
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +41,7 @@ class Caster:
         count, faces = scene.standing
         vertices, faces_of_rest = scene.vertices[:count] - self._middle, scene.faces[:faces]
         self._embree: embree.EmbreeScene | None = None
+        self._opaque: dict[bytes, Any]
         self._objects: tuple[embree.EmbreeScene, ...] = ()
         if backend == "embree":
             try:
@@ -51,6 +55,7 @@ class Caster:
             from depthsim.raycast.fallback import EmbreexScene
 
             self._embreex = EmbreexScene(vertices, faces_of_rest, meshes_of_movers(scene))
+        self._opaque, self._lock = {}, threading.Lock()
 
     def retagged(self, scene: Scene) -> "Caster":
         """A caster over the same triangles with the tags and motions of ``scene``; it shares what was built."""
@@ -59,14 +64,14 @@ class Caster:
         if [mover.faces for mover in scene.movers] != [mover.faces for mover in self.scene.movers]:
             raise ValueError(f"in scene {scene.name!r} other faces move than in {self.scene.name!r}")
         other = copy(self)
-        other.scene = scene
+        other.scene, other._opaque = scene, {}
         other._face_tags = np.concatenate([[np.uint8(NO_TAG)], scene.face_tags]).astype(np.uint8)
         return other
 
     def standing(self) -> "Caster":
         """A caster over what stands alone; it shares what was built."""
         other = copy(self)
-        other.scene, other._objects = replace(self.scene, movers=()), ()
+        other.scene, other._objects, other._opaque = replace(self.scene, movers=()), (), {}
         if self._embree is None:
             other._embreex = self._embreex.standing()
         return other
@@ -136,13 +141,14 @@ class Caster:
         threads: int | None = None,
         stamps: float | NDArray[np.float64] = 0.0,
         rays: NDArray[np.float32] | None = None,
+        through: Collection[str] = (),
     ) -> NDArray[np.uint8]:
         """(height, width) uint8: 1 where light from far away reaches what the camera sees, 0 in shadow or no hit.
 
         pose: (4, 4) camera to world, or (height, 4, 4), a pose for every row. rays: (2, height, width) float32, at
         z = 1 in place of the camera's own. depth: (height, width) float32, as cast by these. direction: (3,) unit
         vector towards the light, in the world. The side that a surface turns to the light is not asked for. stamps:
-        when [s], one for all rows or one for each.
+        when [s], one for all rows or one for each. through: tags of what light passes, unless it moves.
         """
         out, toward = np.empty(camera.shape, np.uint8), np.asarray(direction, np.float32)
         times = np.atleast_1d(np.asarray(stamps, np.float64))
@@ -151,14 +157,14 @@ class Caster:
         rows = rows.astype(np.float32)
         if self._embree is None:
             where = rows_of(self.scene.movers, times, self._middle)
-            self._embreex.reached(rays, rows, depth, toward, out, where)
+            self._without(through).reached(rays, rows, depth, toward, out, where)
             return out
         from depthsim.raycast.packet import FIELDS
         from depthsim.raycast.skyward import reach_kernel
 
         arguments, valid = embree.query_arguments(), embree.all_lanes()
         occluded, reach_rows = embree.address(f"rtcOccluded{self._lanes}"), reach_kernel(self._lanes)
-        scenes = [(self._embree.handle, rows, toward[None], out)]
+        scenes = [(self._without(through).handle, rows, toward[None], out)]
         placed = self._placed(camera, poses, times)
         if placed is not None:
             for number, handle in enumerate(placed.handles):
@@ -180,6 +186,25 @@ class Caster:
         for *_, free in scenes[1:]:
             out &= free
         return out
+
+    def _without(self, tags: Collection[str]) -> Any:
+        """What stands less the faces with some tags, in a structure of its own, which is built once."""
+        count, faces = self.scene.standing
+        numbers = [number for number, tag in enumerate(self.scene.tags) if tag in tags]
+        opaque = ~np.isin(self.scene.face_tags[:faces], numbers)
+        if opaque.all():
+            return self._embree or self._embreex
+        with self._lock:
+            if (known := self._opaque.get(key := bytes(numbers))) is None:
+                mesh = self.scene.vertices[:count] - self._middle, self.scene.faces[:faces][opaque]
+                if self._embree is not None:
+                    known = embree.EmbreeScene(*mesh)
+                else:
+                    from depthsim.raycast.fallback import EmbreexScene
+
+                    known = EmbreexScene(*mesh, meshes_of_movers(self.scene))
+                self._opaque[key] = known
+        return known
 
     def _placed(self, camera: Camera, pose: NDArray[np.float64], stamps: NDArray[np.float64]) -> Placed | None:
         """The objects that move, in front of a camera at ``pose``, (1 or H, 4, 4)."""

@@ -184,11 +184,11 @@ class Pipeline:
         direction: NDArray[np.float32],
     ) -> NDArray[np.uint8]:
         def cast() -> NDArray[np.uint8]:
-            view, depth = self.bend(effects, e), geometry.depth
+            view, depth, clear = self.bend(effects, e), geometry.depth, self.materials.clear
             if view is None:
-                return caster.reached(self.camera, e.pose, depth, direction, e.threads, e.stamp)
+                return caster.reached(self.camera, e.pose, depth, direction, e.threads, e.stamp, through=clear)
             stamps = view.stamp if view.rows is None else view.rows
-            return caster.reached(self.camera, view.pose, depth, direction, e.threads, stamps, view.rays)
+            return caster.reached(self.camera, view.pose, depth, direction, e.threads, stamps, view.rays, clear)
 
         return geometry.once("reached", tuple(map(float, direction)), cast)
 

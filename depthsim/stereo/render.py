@@ -39,6 +39,7 @@ class Renderer:
         scene = caster.scene
         # Far from the origin float32 loses the finest octave; a multiple of all wavelengths near the scene is taken.
         self._origin = 256 * np.round(scene.vertices[scene.faces[0, 0]] / 256)
+        self._clear = materials.clear
         self._looks = np.zeros((NO_TAG + 1, 3), np.float32)
         for index, tag in enumerate(scene.tags):
             material = materials[tag]
@@ -72,7 +73,9 @@ class Renderer:
         assert met.right_sees is not None
         sun = np.asarray(light.sun_direction) / np.linalg.norm(light.sun_direction)
         # Without a sun its shadows are of no interest, and any picture will do.
-        sunlit = self.caster.reached(eye, place, met.depth, sun, threads, stamp) if light.sun else met.right_sees
+        sunlit = met.right_sees
+        if light.sun:
+            sunlit = self.caster.reached(eye, place, met.depth, sun, threads, stamp, through=self._clear)
         rays = (eye.width, eye.width // self.camera.width, eye.height // self.camera.height)
         grain = np.array([self.settings.projector.speckle, *rays], np.float32)
         albedo = np.empty(0, np.float32)

@@ -4,7 +4,7 @@ import platform
 
 import numpy as np
 import pytest
-from shapes import as_scene, box, camera, look_at, random_poses, soup, sphere
+from shapes import as_scene, box, camera, look_at, quad, random_poses, soup, sphere
 
 from depthsim.errors import InputError
 from depthsim.raycast import Caster, Geometry, embree
@@ -93,6 +93,24 @@ def test_every_width_reaches_the_light_the_same(lanes: int, scene: Scene, monkey
     expected = Caster(scene, "embreex").reached(cam, pose, depth, light)
     assert 0.1 < expected.mean() < 0.9
     assert np.array_equal(caster_of(scene, lanes, monkeypatch).reached(cam, pose, depth, light), expected)
+
+
+@pytest.mark.parametrize("backend", ["embree", "embreex"])
+def test_light_passes_what_is_named(backend: str) -> None:
+    """A pane over a floor, and a board beside it: of the one there is a shadow unless it lets light through."""
+    sheets = ((-9, 0, 18, 9), (-1, 1, 1, 1), (0, 1, 1, 1))
+    floor, pane, board = (quad((x, -h, z), (w, 0, 0), (0, 2 * h, 0)) for x, z, w, h in sheets)
+    scene = as_scene(floor, pane, board, tags=["cement", "glass", "formboard"])
+    cam, pose = camera(81, 61, 20), look_at((0, 0, 0.9), (0, 0.01, 0))
+    caster = Caster(scene, backend)
+    depth = caster.cast(cam, pose).depth
+    shares = [
+        caster.reached(cam, pose, depth, np.array([0.0, 0.0, 1.0]), through=through).mean()
+        for through in ((), ("glass",), ("formboard",), ("glass", "formboard"), ("cement",))
+    ]
+    none, glass, formboard, both, floor_alone = shares
+    assert none == floor_alone < glass < both == (depth > 0).mean()
+    assert glass == pytest.approx(formboard, abs=0.02)
 
 
 @pytest.mark.parametrize("lanes", WIDTHS)

@@ -67,8 +67,9 @@ class AmbientLight(Effect):
 
     n is the surface's normal on the side that the camera sees, s the direction to the sun; the noise is one of the
     disparity. A surface is in shade where it turns away from the sun. Where another one hides the sun from it, it has
-    the share 1 - shadows of all three: none of it under an open sky, all of it where the mesh has a roof that the sun
-    shines through. Of depth from elsewhere nothing is known that could hide the sun.
+    the share 1 - shadows of all three: none of it under an open sky or by a window, as clear materials hide nothing;
+    all of it where the mesh has a roof that the sun shines through. Of depth from elsewhere nothing is known that could
+    hide the sun.
     """
 
     id: ClassVar[str] = "ambient_light"
@@ -116,7 +117,7 @@ class AmbientLight(Effect):
         high=1,
         unit="share",
         about="of the light that what lies in another surface's shadow lacks",
-        source="none: rooms have windows, and their meshes none",
+        source="none: many a mesh of a room has walls in place of windows",
         starts=(0.0,),
     )
     azimuth: float = parameter(
