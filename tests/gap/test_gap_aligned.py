@@ -34,6 +34,7 @@ from depthsim.sensor.effects.align import AlignToColor
 from depthsim.sensor.effects.fill_rate import FillRate
 from depthsim.sensor.effects.fixed_pattern import FixedPattern, picture
 from depthsim.sensor.effects.noise import DisparityNoise
+from depthsim.sensor.effects.shadow import StereoShadow
 from depthsim.sensor.pipeline import camera_for
 from depthsim.trajectory import load_trajectory
 
@@ -231,6 +232,30 @@ def test_pixels_that_were_looked_up_are_those_of_an_alignment_without_overlap(tm
 
     of_the_driver = [one for one in bank if one.effect != AlignToColor.id or one.fixed["overlap"] == 1]
     assert select_aligned(evidence, validator, of_the_driver, find, lambda _: None) is None
+
+
+def test_a_colour_camera_is_not_put_where_its_holes_are_a_stereo_shadow(tmp_path: Path) -> None:
+    """By itself the alignment is nearer with the colour camera at the other side, 59 mm to the right."""
+    camera = preset("d435", 160, 120, rate=3.0)
+    effects = *BASE, StereoShadow(share=0.95, left=1.0, right=0.1), AlignToColor(overlap=0.0)
+    generate("office", None, camera, effects, tmp_path / "run", frames=10, seed=5, streams=("depth",), threads=1)
+    evidence = unsaid(tmp_path / "run", BASE)
+    validator, bank = Validator(evidence, evidence.held_out), candidates(BASE, setting_of(evidence))
+    by_itself = [
+        validator.quick((*BASE, AlignToColor(x=x, zoom=evidence.doubled[0], overlap=0.0))) if evidence.doubled else 0.0
+        for x in (-0.015, 0.059)
+    ]
+    assert by_itself[1] < by_itself[0]
+    looked_at: list[Evidence] = []
+
+    def nothing(own: Evidence) -> Selection:
+        looked_at.append(own)
+        return Selection(Model((), np.empty(0)), {}, (), ())
+
+    without_overlap = [one for one in bank if one.effect != AlignToColor.id or one.fixed["overlap"] == 0]
+    select_aligned(evidence, validator, without_overlap, nothing, lambda _: None)
+    color = looked_at[0].camera.color
+    assert color is not None and color.translation[0] == pytest.approx(-0.015)
 
 
 def test_a_camera_with_its_colour_cameras_intrinsics_is_noted(aligned: Path) -> None:

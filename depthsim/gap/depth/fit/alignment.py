@@ -8,13 +8,17 @@ is: so it comes first, and everything else is looked for as in a recording that 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.fitting import Say
+from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.select import Selection, confirm
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effects.align import AlignToColor
+from depthsim.sensor.effects.shadow import StereoShadow
 from depthsim.sensor.pipeline import camera_for
 
 _LARGER = 1.1
@@ -44,6 +48,7 @@ def select_aligned(
     alone = next((one for one in begun if search.validated(one).gap <= _LARGER * search.before), None)
     if alone is None:
         return None
+    alone = _beside_a_shadow(search, next(one for one in shown if one.fixed == alone.parts[0].fixed), alone)
     alignment = AlignToColor(**alone.parameters(0))
     run = replace(evidence.run, camera=alignment.stored(camera_for(evidence.camera, [alignment])))
     base = *evidence.base, alignment
@@ -54,3 +59,19 @@ def select_aligned(
     found = confirm(search, replace(beside, model=search.refined(model)))
     named = {part.effect for part in found.model.parts}
     return found if AlignToColor.id in named else None
+
+
+def _beside_a_shadow(search: Search, shown: Candidate, alone: Model) -> Model:
+    """The colour camera at the other side, if it is nearer beside a stereo shadow than where it is nearest by itself.
+
+    What a colour camera sees past an edge is a hole, as in a shadow: by itself, it may be put where it makes those.
+    """
+    shadows = [one for one in search.bank if one.effect == StereoShadow.id]
+    best, found = np.inf, alone
+    for values in sorted(shown.starts, key=lambda values: not np.allclose(shown.encode(values), alone.x)):
+        begun = search.begin(replace(shown, starts=(values,)), search.base)
+        beside = [begun.plus(search.begin(shadow, begun.build(search.base))) for shadow in shadows]
+        gap = min(search.validated(model).gap for model in (begun, *(search.fit(model, 2) for model in beside)))
+        if gap < best - (search.config.select.tied * search.whole if np.isfinite(best) else 0):
+            best, found = gap, begun
+    return found
