@@ -338,7 +338,8 @@ def test_every_value_of_materials_yaml_has_a_source() -> None:
     for tag in materials.tags:
         entry = materials[tag].model_dump()
         assert entry["source"], tag
-        assert set(entry["sources"]) == {"ir_reflectance", "gloss", "albedo", "texture"}, tag
+        clear = {"transmission"} if entry["transmission"] else set()
+        assert set(entry["sources"]) == {"ir_reflectance", "gloss", "albedo", "texture"} | clear, tag
         assert all(
             source.startswith(("assumed", "as ", "ECOSTRESS: ", "Fresnel")) for source in entry["sources"].values()
         ), tag
