@@ -189,22 +189,23 @@ class Caster:
 
     def _without(self, tags: Collection[str]) -> Any:
         """What stands less the faces with some tags, in a structure of its own, which is built once."""
+        numbers = bytes(number for number, tag in enumerate(self.scene.tags) if tag in tags)
+        with self._lock:
+            if numbers not in self._opaque:
+                self._opaque[numbers] = self._built_without(numbers)
+            return self._opaque[numbers]
+
+    def _built_without(self, numbers: bytes) -> Any:
         count, faces = self.scene.standing
-        numbers = [number for number, tag in enumerate(self.scene.tags) if tag in tags]
-        opaque = ~np.isin(self.scene.face_tags[:faces], numbers)
+        opaque = ~np.isin(self.scene.face_tags[:faces], [*numbers])
         if opaque.all():
             return self._embree or self._embreex
-        with self._lock:
-            if (known := self._opaque.get(key := bytes(numbers))) is None:
-                mesh = self.scene.vertices[:count] - self._middle, self.scene.faces[:faces][opaque]
-                if self._embree is not None:
-                    known = embree.EmbreeScene(*mesh)
-                else:
-                    from depthsim.raycast.fallback import EmbreexScene
+        mesh = self.scene.vertices[:count] - self._middle, self.scene.faces[:faces][opaque]
+        if self._embree is not None:
+            return embree.EmbreeScene(*mesh)
+        from depthsim.raycast.fallback import EmbreexScene
 
-                    known = EmbreexScene(*mesh, meshes_of_movers(self.scene))
-                self._opaque[key] = known
-        return known
+        return EmbreexScene(*mesh, meshes_of_movers(self.scene))
 
     def _placed(self, camera: Camera, pose: NDArray[np.float64], stamps: NDArray[np.float64]) -> Placed | None:
         """The objects that move, in front of a camera at ``pose``, (1 or H, 4, 4)."""

@@ -16,7 +16,7 @@ from depthsim.gap.depth.data.frames import cast_clean
 from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.fit.agreement import disagreement
 from depthsim.gap.depth.fit.alignment import select_aligned
-from depthsim.gap.depth.fit.candidates import candidates, setting_of
+from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.marks import makes_doubling
 from depthsim.gap.depth.fit.optimize import Model, best_neighbour
@@ -65,6 +65,18 @@ def unsaid(aligned: Path, base: tuple[Effect, ...], less: tuple[str, ...] = SAID
         return load_evidence(aligned, None, base)[0]
     finally:
         file.write_text(text)
+
+
+def geometry_looked_at(evidence: Evidence, validator: Validator, bank: list[Candidate]) -> Evidence:
+    """The frames in the alignment's own geometry, in which nothing is found."""
+    looked_at: list[Evidence] = []
+
+    def nothing(own: Evidence) -> Selection:
+        looked_at.append(own)
+        return Selection(Model((), np.empty(0)), {}, (), ())
+
+    select_aligned(evidence, validator, bank, nothing, lambda _: None)
+    return looked_at[0]
 
 
 def test_one_that_says_so_has_no_gap(aligned: Path) -> None:
@@ -217,15 +229,9 @@ def test_pixels_that_were_looked_up_are_those_of_an_alignment_without_overlap(tm
     validator = Validator(evidence, evidence.held_out)
     assert evidence.doubled is not None
     bank = candidates(BASE, setting_of(evidence))
-    looked_at: list[Evidence] = []
-
-    def nothing(own: Evidence) -> Selection:
-        looked_at.append(own)
-        return Selection(Model((), np.empty(0)), {}, (), ())
-
-    select_aligned(evidence, validator, bank, nothing, lambda _: None)
-    assert looked_at[0].camera.aligned
-    assert [effect.overlap for effect in looked_at[0].base if isinstance(effect, AlignToColor)] == [0.0]
+    own = geometry_looked_at(evidence, validator, bank)
+    assert own.camera.aligned
+    assert [effect.overlap for effect in own.base if isinstance(effect, AlignToColor)] == [0.0]
 
     def find(_: Evidence) -> Selection:
         raise AssertionError
@@ -246,15 +252,8 @@ def test_a_colour_camera_is_not_put_where_its_holes_are_a_stereo_shadow(tmp_path
         for x in (-0.015, 0.059)
     ]
     assert by_itself[1] < by_itself[0]
-    looked_at: list[Evidence] = []
-
-    def nothing(own: Evidence) -> Selection:
-        looked_at.append(own)
-        return Selection(Model((), np.empty(0)), {}, (), ())
-
     without_overlap = [one for one in bank if one.effect != AlignToColor.id or one.fixed["overlap"] == 0]
-    select_aligned(evidence, validator, without_overlap, nothing, lambda _: None)
-    color = looked_at[0].camera.color
+    color = geometry_looked_at(evidence, validator, without_overlap).camera.color
     assert color is not None and color.translation[0] == pytest.approx(-0.015)
 
 

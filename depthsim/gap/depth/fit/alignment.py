@@ -48,7 +48,7 @@ def select_aligned(
     alone = next((one for one in begun if search.validated(one).gap <= _LARGER * search.before), None)
     if alone is None:
         return None
-    alone = _beside_a_shadow(search, next(one for one in shown if one.fixed == alone.parts[0].fixed), alone)
+    alone = _beside_a_shadow(search, alone)
     alignment = AlignToColor(**alone.parameters(0))
     run = replace(evidence.run, camera=alignment.stored(camera_for(evidence.camera, [alignment])))
     base = *evidence.base, alignment
@@ -61,17 +61,22 @@ def select_aligned(
     return found if AlignToColor.id in named else None
 
 
-def _beside_a_shadow(search: Search, shown: Candidate, alone: Model) -> Model:
+def _beside_a_shadow(search: Search, alone: Model) -> Model:
     """The colour camera at the other side, if it is nearer beside a stereo shadow than where it is nearest by itself.
 
     What a colour camera sees past an edge is a hole, as in a shadow: by itself, it may be put where it makes those.
     """
     shadows = [one for one in search.bank if one.effect == StereoShadow.id]
-    best, found = np.inf, alone
-    for values in sorted(shown.starts, key=lambda values: not np.allclose(shown.encode(values), alone.x)):
-        begun = search.begin(replace(shown, starts=(values,)), search.base)
+
+    def gap(begun: Model) -> float:
         beside = [begun.plus(search.begin(shadow, begun.build(search.base))) for shadow in shadows]
-        gap = min(search.validated(model).gap for model in (begun, *(search.fit(model, 2) for model in beside)))
-        if gap < best - (search.config.select.tied * search.whole if np.isfinite(best) else 0):
-            best, found = gap, begun
+        return min(search.validated(model).gap for model in (begun, *(search.fit(model, 2) for model in beside)))
+
+    (shown,), margin = alone.parts, search.config.select.tied * search.whole
+    others = [values for values in shown.starts if not np.allclose(shown.encode(values), alone.x)]
+    best, found = gap(alone), alone
+    for values in others:
+        begun = search.begin(replace(shown, starts=(values,)), search.base)  # what is fitted is kept by candidate
+        if (nearer := gap(begun)) < best - margin:
+            best, found = nearer, begun
     return found
