@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import ndimage
 from sensing import CAMERA, FAR, LEFT, NEAR, OPEN_CASTER, RIGHT, STEP, STEP_CASTER, column, measure, plate, z_score
 from shapes import Array, as_scene, quad, strips, wall
 
@@ -188,6 +189,26 @@ def test_what_is_lost_of_the_object_itself() -> None:
     law = np.floor(3 * np.minimum(np.sqrt(u / (1 - u)), 4) + 0.5)
     for least in range(1, 8):
         assert abs(z_score((width >= least).sum(), np.full(width.size, (law >= least).mean()))) < 4.5, least
+
+
+@pytest.mark.parametrize("around", [0.8, 1.5, 4.0, 9.5])
+def test_what_is_lost_all_round_a_shadow(around: float) -> None:
+    """A disc about every pixel of the shadow, rounded up by so much of a pixel that it is the distance on average."""
+    box = Caster(as_scene(quad((column(LEFT, NEAR), -0.2, NEAR), (0, 0.4, 0), (0.5, 0, 0)), wall(FAR)))
+    only = StereoShadow(share=1, left=0, right=0)
+    away = ndimage.distance_transform_edt(measure(only, caster=box).depth > 0)
+    wider = only.model_copy(update={"around": around})
+    lost = [measure(wider, caster=box, index=n).depth == 0 for n in range(40)]
+    assert np.all(lost, axis=0)[away <= around - 0.5].all() and not np.any(lost, axis=0)[away > around + 0.5].any()
+    between = (away > max(around - 0.5, 0)) & (away <= around + 0.5)
+    share = around + 0.5 - away[between]
+    # The pixels of a patch go together, and there are some hundred patches of 40 frames.
+    assert abs(np.mean(lost, axis=0)[between].mean() - share.mean()) < 0.1
+
+
+def test_narrow_shadows_lose_nothing_around_them() -> None:
+    only = StereoShadow(share=1, left=0, right=0, step=STEP + 1)
+    assert np.array_equal(holes(only.model_copy(update={"around": 5.0})), holes(only))
 
 
 def test_a_margin_never_eats_the_foreground() -> None:

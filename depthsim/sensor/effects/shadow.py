@@ -15,6 +15,8 @@ _MOST = _f(4)
 _ROWS, _COLUMNS = 12, 32
 """[px] The patches of the image whose edges have one margin: in those frames the holes' widths are correlated by 0.9
 from row to row, 0.75 over four rows and 0.5 to 0.65 over twelve."""
+_FAR = 200
+"""[px] Farther than any shadow reaches."""
 _STRETCH = 32
 """[px] So much of a row is looked at at once."""
 _MEASURED = "640x480 frames of a D435"
@@ -37,9 +39,23 @@ def _begins(d, seen, step):
 
 @kernel
 def _lose_hidden(
-    start, stop, width, share, left, right, inside, step, focal_baseline, uniform, turn, clean, right_sees, depth
+    start,
+    stop,
+    width,
+    share,
+    left,
+    right,
+    inside,
+    step,
+    focal_baseline,
+    uniform,
+    turn,
+    clean,
+    right_sees,
+    depth,
+    shadow,
 ):
-    """Rows ``start`` to ``stop``, in pixels."""
+    """Rows ``start`` to ``stop``, in pixels. shadow: 1 where what is hidden stays empty, of all pixels or of none."""
     row_disparity = np.empty(width + 1, np.float32)
     for at in range(start, stop, width):
         z, seen, measured = clean[at : at + width], right_sees[at : at + width], depth[at : at + width]
@@ -64,6 +80,8 @@ def _lose_hidden(
                         near = d[u] - step if u < width else _f(np.inf)
                         for k in range(first, u):
                             measured[k] = _ZERO
+                        if shadow.size and u - first >= step:
+                            shadow[at + first : at + u] = 1
                         wider = _hole_width(left, draw[(u - 1) // _COLUMNS])
                         for k in range(first - 1, max(first - 1 - wider, -1), -1):
                             if d[k] > near:
@@ -81,14 +99,45 @@ def _lose_hidden(
                         measured[k] = _ZERO
 
 
+@kernel
+def _along_row(start, stop, width, shadow):
+    """Rows ``start`` to ``stop``, in pixels. In place of a shadow how far away in its row the next one is [px]."""
+    for at in range(start, stop, width):
+        row = shadow[at : at + width]
+        away = np.int32(_FAR)
+        for u in range(width):
+            away = np.int32(0) if row[u] == 1 else min(away + 1, _FAR)
+            row[u] = away
+        for u in range(width - 1, -1, -1):
+            away = min(np.int32(row[u]), away + 1)
+            row[u] = away
+
+
+@kernel
+def _lose_around(start, stop, width, around, dither, away, depth):
+    """Rows ``start`` to ``stop``, in pixels. away: as :func:`_along_row` leaves it, of the whole picture."""
+    reach, squared = np.int32(around + _ONE), np.empty(width, np.int32)
+    for at in range(start, stop, width):
+        measured, row = depth[at : at + width], dither[at // width // _ROWS]
+        for u in range(width):
+            radius = max(around + row[u // _COLUMNS] - _f(0.5), _ZERO)
+            squared[u] = np.int32(radius * radius)
+        for dv in range(max(-reach, -(at // width)), min(reach + 1, (away.size - at) // width)):
+            other = away[at + dv * width : at + (dv + 1) * width]
+            for u in range(width):
+                across = np.int32(other[u])
+                measured[u] = _ZERO if across * across + dv * dv <= squared[u] else measured[u]
+
+
 class StereoShadow(Effect):
     """No depth where a near object hides the background from the right imager.
 
     The shadow lies left of the object and is as wide as the disparity's step, plus a margin; on the object's right, and
     left of one that is narrower than the step, both imagers see the background, and there is a narrow margin alone,
     because the matching window is on both sides of the edge. Some matchers lose the object's own pixels beside its
-    shadow, too. Open background, where nothing is hit, hides nothing. A margin is median·√(u / (1 - u)), u uniform, at
-    most four medians; it is drawn for patches of 12 rows and 32 columns.
+    shadow, too, or all that is near a shadow, above and below it as well, whatever it is. Open background, where
+    nothing is hit, hides nothing. A margin is median·√(u / (1 - u)), u uniform, at most four medians; it is drawn for
+    patches of 12 rows and 32 columns, and so is by how much of a pixel the distance all round is rounded up.
     """
 
     id: ClassVar[str] = "stereo_shadow"
@@ -98,6 +147,7 @@ class StereoShadow(Effect):
     axes = ("edge_distance", "pixel_neighbours")
     kinds = ("missing",)
     recording = "a near object before a far background"
+    forms = ({"around": 0.0}, {"left": 0.0, "right": 0.0, "inside": 0.0})
 
     share: float = parameter(
         0.998,
@@ -136,12 +186,21 @@ class StereoShadow(Effect):
         source="none: for matchers that invalidate what is around a shadow, too",
         starts=(0.5,),
     )
+    around: float = parameter(
+        0.0,
+        low=0,
+        high=20,
+        unit="px",
+        about="how far from a shadow, in any direction, all else is lost as well",
+        source="none: for matchers that invalidate pixels whose neighbours have no match",
+        starts=(1.0, 4.0),
+    )
     step: float = parameter(
         1.0,
         low=0.1,
         high=20,
         unit="px",
-        about="least step of the disparity that makes an edge",
+        about="least step of the disparity that makes an edge, and least width of a shadow that reaches around it",
         source="assumed",
         starts=(0.4,),
     )
@@ -154,11 +213,18 @@ class StereoShadow(Effect):
         draws, width = frame.draws(self.id), frame.camera.width
         patches = -(-frame.camera.height // _ROWS), -(-width // _COLUMNS)
         uniform, turn = (draws.uniform(patches, stream) for stream in (0, 1))
+        shadow = np.zeros(seen.size if self.around > 0 else 0, np.uint8)
         frame.run(
             _lose_hidden, width, _f(self.share), _f(self.left), _f(self.right), _f(self.inside),
             _f(self.step), _f(frame.camera.focal_baseline), uniform, turn, frame.geometry.depth.reshape(-1),
-            seen.reshape(-1), frame.depth.reshape(-1), multiple=width,
+            seen.reshape(-1), frame.depth.reshape(-1), shadow, multiple=width,
         )  # fmt: skip
+        if self.around > 0:
+            dither = draws.uniform(patches, 2)
+            frame.run(_along_row, width, shadow, multiple=width)
+            frame.run(
+                _lose_around, width, _f(self.around), dither, shadow, frame.depth.reshape(-1), multiple=width
+            )  # fmt: skip
 
 
 @kernel
