@@ -205,6 +205,8 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
         selection = withdraw.left_by_poses(poses.errors, selecting, selection, before.above if is_cause else 0.0)
     if is_cause:
         selection = withdraw.adding_nothing(validator, selecting, selection, recorded)
+        # Where the frames differ so much that all together may close nothing, what closes least is not for the poses.
+        is_cause = _how_far(recorded, validator, selection, before)[1].ci95[0] > 0
     if not is_cause and recorded is not validator:
         recorded, before = validator, validator.score(evidence.base)
     named = bool(selection.model.parts) or is_cause
