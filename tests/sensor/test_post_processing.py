@@ -176,6 +176,32 @@ def test_hole_filling(mode: int) -> None:
     np.testing.assert_array_equal(filtered(HoleFilling(mode=mode)), each(filled, frames(), mode))
 
 
+@pytest.mark.parametrize("reach", [1, 2, 5])
+@pytest.mark.parametrize("mode", [0, 1, 2, 3])
+def test_hole_filling_reaches_so_far(mode: int, reach: int) -> None:
+    """Of what is not measured that is filled which one that is measured is so near to, on the sides that are looked
+    at; with the depth that it has without a limit where that came no farther."""
+    some = frames()
+    found, limitless = filtered(HoleFilling(mode=mode, reach=reach)), filtered(HoleFilling(mode=mode))
+    for picture, now, without in zip(some, found, limitless, strict=True):
+        there = picture > 0
+        near = there.copy()
+        for _ in range(reach):
+            alone = {0: [(0, 1)], 3: [(1, 0)]}
+            sides = alone.get(mode, [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0)])
+            grown = near.copy()
+            for down, right in sides:
+                moved = np.roll(near, (down, right), (0, 1))
+                moved[:, :right] = False
+                moved[: 1 if down > 0 else 0], moved[len(moved) + min(down, 0) :] = False, False
+                grown |= moved
+            near = grown
+        assert not (now > 0)[~near].any() and np.array_equal(now[there], picture[there])
+        assert (now > 0).mean() > there.mean() + 0.3 * (near & (without > 0) & ~there).mean()
+        if mode in alone:
+            assert np.array_equal(now, np.where(near, without, 0))
+
+
 def test_the_chain_in_its_order() -> None:
     """Decimation, threshold, disparity, spatial, temporal, depth, holes: whatever the order in the profile."""
     small = decimated(frames(), 2)

@@ -8,37 +8,58 @@ from depthsim.kernels import kernel
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 
-_ZERO = np.float32(0)
+_ZERO, _INF = np.float32(0), np.float32(np.inf)
 
 
 @kernel
-def _fill_from_left(depth):
+def _fill_from_left(reach, depth):
     for v in range(depth.shape[0]):
+        away = 0
         for u in range(1, depth.shape[1]):
-            if depth[v, u] == _ZERO:
+            away = away + 1 if depth[v, u] == _ZERO else 0
+            if 0 < away <= reach:
                 depth[v, u] = depth[v, u - 1]
 
 
 @kernel
-def _fill_from_around(nearest, depth):
+def _fill_from_above(reach, depth):
+    away = np.zeros(depth.shape[1], np.int32)
+    for v in range(1, depth.shape[0]):
+        for u in range(depth.shape[1]):
+            away[u] = away[u] + 1 if depth[v, u] == _ZERO else 0
+            if 0 < away[u] <= reach:
+                depth[v, u] = depth[v - 1, u]
+
+
+@kernel
+def _fill_from_around(nearest, reach, depth):
     """Row by row, from what is filled already; the picture's first and last row and first column stay."""
+    # How many pixels on from one that was measured: of this row and of the one above, of which the one below has none.
+    width = depth.shape[1]
+    above, here = np.zeros(width, np.int32), np.zeros(width, np.int32)
     for v in range(1, depth.shape[0] - 1):
-        for u in range(1, depth.shape[1]):
+        here[:] = 0
+        for u in range(1, width):
             if depth[v, u] != _ZERO:
                 continue
-            best = depth[v - 1, u]
+            none = _INF if nearest else _ZERO
+            best, on = depth[v - 1, u] if above[u] < reach else none, above[u]
             for y, x in ((v - 1, u - 1), (v, u - 1), (v + 1, u - 1), (v + 1, u)):
-                other = depth[y, x]
-                best = other if (other > best and not nearest) or (_ZERO < other < best and nearest) else best
-            depth[v, u] = best
+                from_here = above[x] if y < v else here[x] if y == v else 0
+                other = depth[y, x] if from_here < reach else _ZERO
+                if (other > best and not nearest) or (_ZERO < other < best and nearest):
+                    best, on = other, from_here
+            depth[v, u] = best if best < _INF else _ZERO
+            here[u] = on + 1
+        above, here = here, above
 
 
 class HoleFilling(Effect):
-    """Holes get the depth of a neighbour: the left one, or the farthest or nearest of five.
+    """Holes get the depth of a neighbour: the left one, the one above, or the farthest or nearest of five.
 
     The five are above, upper left, left, lower left and below. Pixels are filled row by row, each from what is filled
-    already, so that depths run on to the right and down. From around, the picture's first and last rows and first
-    column stay as they are, and a pixel below a hole that could not be filled gets no nearest one.
+    already, so that depths run on to the right and down, for ``reach`` pixels. From around, the picture's first and
+    last rows and first column stay as they are, and a pixel below a hole that could not be filled gets no nearest one.
     """
 
     id: ClassVar[str] = "hole_filling"
@@ -53,17 +74,28 @@ class HoleFilling(Effect):
     mode: int = parameter(
         1,
         low=-1,
-        high=2,
+        high=3,
         unit="1",
         neutral=-1,
-        about="-1: off, 0: from the left, 1: farthest from around, 2: nearest from around",
-        source="librealsense's default",
-        starts=(0, 1, 2),
+        about="-1: off, 0: from the left, 1: farthest from around, 2: nearest from around, 3: from above",
+        source="librealsense's default; from above: none, for other drivers",
+        starts=(0, 1, 2, 3),
+    )
+    reach: int = parameter(
+        1000,
+        low=1,
+        high=1000,
+        unit="px",
+        about="how far a depth runs on; 1000: over any hole",
+        source="librealsense, which has no limit; other drivers fill small holes only",
+        starts=(1, 1000),
     )
 
     def apply(self, frame: Frame) -> None:
         """Fill the holes; one after another, so on one thread."""
         if self.mode == 0:
-            _fill_from_left(frame.depth)
+            _fill_from_left(self.reach, frame.depth)
+        elif self.mode == 3:
+            _fill_from_above(self.reach, frame.depth)
         else:
-            _fill_from_around(self.mode == 2, frame.depth)
+            _fill_from_around(self.mode == 2, self.reach, frame.depth)

@@ -22,6 +22,7 @@ from depthsim.gap.depth.fit.changes import (
     first_axis,
     holes_of,
     less_others,
+    too_many_left,
     worth_of,
 )
 from depthsim.gap.depth.fit.validate import Validator
@@ -85,9 +86,12 @@ def goes_together(validator: Validator, effect: type[Effect], before: Effects, a
 def _asked(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> Asked:
     gap, left = validator.once(against, before), validator.once(against, after)
     asked = Asked(validator, effect, before, gap, left, validator.once(done_by, before, after), False, False, False)
-    if effect.kinds[0] != "missing" or effect.axes or any("missing" in cause.kinds for cause in asked.named):
+    if effect.kinds[0] != "missing" or validator.once(holes_of, after) >= validator.once(holes_of, before):
         return asked
-    return replace(asked, takes_away=validator.once(holes_of, after) < validator.once(holes_of, before))
+    if effect.axes:
+        is_new = all(effect.id != one.id for one in validator.evidence.base)
+        return replace(asked, filled=validator.once(too_many_left, before, after) if is_new else None)
+    return replace(asked, takes_away=not any("missing" in cause.kinds for cause in asked.named))
 
 
 def disagreement(
@@ -155,6 +159,8 @@ def _of_kind(asked: Asked, k: int) -> str | None:
     primary = KINDS[k] == asked.effect.kinds[0]
     if primary and (asked.takes_away or rules.is_beside_others(asked, k)):
         return rules.leaves_level(asked, k)
+    if primary and asked.filled is not None:
+        return rules.leaves_unfilled(asked)
     why = rules.leaves(asked, k) or (rules.is_of(asked, k) if primary else None)
     if why is None and asked.alone and (primary or not asked.closes_well):
         why = rules.leaves_elsewhere(asked, k)

@@ -21,7 +21,7 @@ class Asked:
 
     alone, flexible: see :func:`agreement.disagreement`. closes_well: whether it closes most of the gap. takes_away:
     whether it makes holes everywhere, as no other cause does, and ``before`` has more of it: how those change that the
-    recording has is not for it to say.
+    recording has is not for it to say. filled: of an effect that fills holes, what is left where there were too many.
     """
 
     validator: Validator
@@ -34,6 +34,7 @@ class Asked:
     flexible: bool
     closes_well: bool
     takes_away: bool = False
+    filled: float | None = None
 
     def of(self, gap: Changes, left: Changes) -> "Asked":
         """The same, asked for a part of the gap."""

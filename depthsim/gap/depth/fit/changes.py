@@ -62,6 +62,29 @@ def holes_of(validator: Validator, effects: Effects) -> float:
     return float(moments(errors[None]).holes[0])
 
 
+def too_many_left(validator: Validator, before: Effects, after: Effects) -> float | None:
+    """Where ``before`` has more holes than the recording, how far ``after`` is from it as a share of that, squared.
+
+    Along the axis on which the holes change most; None where there are no more than by chance.
+    """
+    axis = first_axis(validator, validator.once(against, before), KINDS.index("missing"))
+    if axis is None:
+        return None
+
+    def holes(counts: Counts) -> Floats:
+        return moments(validator.evidence.cells(axis, counts.sum(axis=0)).astype(float)).holes
+
+    runs = [holes(run) for run in _runs(validator, before)[:2]]
+    weight = validator.evidence.cells(axis, validator.real.sum(axis=0)).sum(axis=1).astype(float)
+    more = runs[0] - holes(validator.real)
+    weight *= more > 0
+    chance = weight @ np.square(runs[0] - runs[1])
+    if weight @ np.square(more) <= validator.evidence.config.agreement.sure * chance:
+        return None
+    still = holes(_runs(validator, after)[0]) - holes(validator.real)
+    return float(weight @ np.square(still) / (weight @ np.square(more)))
+
+
 def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[str]]]:
     """Kinds of which there is much of the gap, and the names of the axis along which each changes most."""
     gap, limit = validator.once(against, effects), validator.evidence.config.agreement

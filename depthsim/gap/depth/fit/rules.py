@@ -104,6 +104,14 @@ def leaves_level(asked: Asked, k: int) -> str | None:
     return f"leaves {share:.0%} of the {WORDS[KINDS[k]]}" if share > asked.limit.left_of_uniform else None
 
 
+def leaves_unfilled(asked: Asked) -> str | None:
+    """Whether an effect that fills holes leaves too many of those that the recording has not. Of those that it has more
+    of, another cause that is still to be found may be."""
+    if asked.filled is None or asked.filled <= asked.limit.left_along:
+        return None
+    return f"leaves {asked.filled:.0%} of the holes that the recording has not"
+
+
 def _in_scene(asked: Asked, worth: NDArray[np.float64], first: int) -> int:
     """The axis of the scene in place of one of the picture that explains as much: a camera that hardly turns sees the
     same surfaces at the same places, and what acts on surfaces is known by these."""

@@ -14,6 +14,9 @@ from depthsim.gap.depth.fit.rules import is_idle, shows_itself
 from depthsim.gap.selection import plainest
 from depthsim.sensor.effect import Effect, effect_class
 
+_GONE = 17
+"""A thousandth of what it was, as fits vary logarithms."""
+
 
 class Search(Fitting):
     """Looks at the bank, and asks what leads where it acts."""
@@ -97,7 +100,10 @@ class Search(Fitting):
         along = first_axes(self.validator, before)
 
         def plain(trial: Trial) -> tuple[bool, int]:
-            return not _is_known_by(trial.newest.effect, along), len(trial.newest.free)
+            # Holes that are all gone may as well be filled, as hardly a sensor loses nothing.
+            alike = [len(other.newest.free) for other in found if is_filling(other.newest.effect)]
+            free = max([len(trial.newest.free), *(alike if self._is_gone(trial) else ())])
+            return not _is_known_by(trial.newest.effect, along), free
 
         first = plainest(found, lambda trial: trial.gap, plain, margin)
         return sorted(found, key=lambda trial: trial is not first)
@@ -111,6 +117,12 @@ class Search(Fitting):
         if model.loss > without or model.loss >= config.far_behind * least:
             return model
         return self.fit(model, 4, config.behind * least)
+
+    def _is_gone(self, trial: Trial) -> bool:
+        """Whether an effect that the simulator has is fitted to be none, or next to none."""
+        newest, x = trial.newest, trial.model.split(trial.model.x)[-1]
+        there = any(effect.id == newest.effect for effect in self.base)
+        return there and len(x) == 1 and newest.free[0].log and newest.encode(newest.starts[0])[0] - x[0] > _GONE
 
     def in_other_form(self, so_far: Model | None, trial: Trial) -> Trial | None:
         """An effect in the form that closes more than that of ``trial``, if one does; None for one with few parameters
@@ -174,6 +186,22 @@ class Search(Fitting):
                 xs[number] = xs[number] + self.config.fit.louder * np.eye(1, len(part.free))[0]
                 louder = Model(so_far.parts, np.concatenate(xs))
                 yield louder.plus(self.begin(newest, louder.build(self.base)))
+            # How far holes are filled is seen where there are large ones, and these may be another cause's.
+            if is_filling(part.effect) and effect_class(newest.effect).kinds[0] == "missing":
+                yield self._filled_otherwise(so_far, number, newest)
+
+    def _filled_otherwise(self, so_far: Model, number: int, newest: Candidate) -> Model:
+        """``newest`` on top of ``so_far``, of which a part begins where both together are nearest to the recording."""
+        target, roots = self._targets[len(self._few)], self._roots(self._few)
+        begun: list[Model] = []
+        for values in so_far.parts[number].starts:
+            xs = so_far.split(so_far.x)
+            xs[number] = so_far.parts[number].encode(values)
+            fills = Model(so_far.parts, np.concatenate(xs))
+            begun.append(
+                fills.plus(start(newest, fills.build(self.base), roots(fills.build(self.base)), target, roots)[0])
+            )
+        return min(begun, key=lambda model: loss(target, roots(model.build(self.base))))
 
     def _afresh(self, so_far: Model, model: Model, earlier: Sequence[Trial], trusted: Sequence[str]) -> Iterator[Model]:
         """``model`` on top of ``so_far``, begun where that has not yet taken up what is its own.
@@ -249,6 +277,11 @@ def worth_a_look(gains: Mapping[int, float], most: int) -> list[int]:
     """
     known = sorted((number for number, gain in gains.items() if np.isfinite(gain)), key=lambda number: -gains[number])
     return [number for number, gain in gains.items() if number in known[:most] or not np.isfinite(gain)]
+
+
+def is_filling(effect: str) -> bool:
+    """Whether an effect fills holes of others."""
+    return "fill_rate" in effect_class(effect).seen_on
 
 
 def _acts(effect: str, kind: str, along: set[str]) -> bool:
