@@ -220,6 +220,13 @@ class DepthAgreement(Section):
         0.05,
         "of what a bias or holes do: with less of it changing along the axis that they are known by, they are others",
     )
+    begins: float = _value(0.1, "of the pixels, where holes that grow along an axis are fewest: they begin there")
+    beneath: float = _value(
+        0.35, "of all holes over the simulator's, that are holes anywhere, if they lie where others begin"
+    )
+    flat: float = _value(
+        0.2, "by which those may grow on to a quarter of the pixels; what grows has fewer there, by as much at least"
+    )
     in_lines: float = _value(
         1.5, "times the variance of holes from row to row that a sensor has which loses pixels anywhere: more is lines"
     )

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.fit.beneath import beneath
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.changes import first_axes
@@ -53,7 +54,7 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
         chain = _better(search, chain, _chain(search, score, other))
     if chain.model is None:
         return Selection(Model((), np.empty(0)), {}, chain.nearest, tuple(chain.looked))
-    chain.model = in_one(search, chain.model, chain.gap)
+    chain.model = beneath(search, in_one(search, chain.model, chain.gap), chain.gap)
     say("refining the parameters")
     model = search.refined(chain.model)
     ties = {cause: equals for cause, equals in chain.ties.items() if cause in chain.named}

@@ -1,0 +1,86 @@
+"""Holes anywhere beneath holes that grow along an axis: those that there are where these have not yet begun.
+
+By another formula that begins earlier, an effect whose holes grow comes so near to both that nothing is left to be
+looked for. But what it then makes there grows, and what the recording has is the same all over.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.gap.depth.data.histograms import ERROR
+from depthsim.gap.depth.fit.changes import Effects
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.gap.depth.where.differences import moments
+from depthsim.sensor.effect import effect_class
+
+GROWING = ("range", "incidence")
+"""The axes along which holes begin somewhere."""
+
+
+def beneath(search: Search, model: Model, gap: float) -> Model:
+    """``model``, or with a cause of holes anywhere beside one whose holes grow. gap: what it leaves, held out."""
+    there = {part.effect for part in model.parts}
+    anywhere = [c for c in search.bank if c.effect not in there and _is_anywhere(c.effect) and not c.in_place]
+    for number, part in enumerate(model.parts):
+        effect, less = effect_class(part.effect), model.less(number)
+        is_new = all(part.effect != one.id for one in search.base)
+        if not (anywhere and is_new and effect.kinds[0] == "missing" and effect.axes[:1] and effect.axes[0] in GROWING):
+            continue
+        before = less.build(search.base)
+        if not lies_beneath(search.validator, effect.axes[0], before, model.build(search.base)):
+            continue
+        under = search.begin(anywhere[0], before)
+        begun = less.plus(under) if less.parts else under
+        begun = begun.plus(search.begin(part, begun.build(search.base)))
+        both = search.validated(search.fit(begun, 4, elsewhere=True))
+        with_both = both.model.less(len(both.model.parts) - 1), both.model
+        sensors = (one.build(search.base) for one in with_both)
+        if both.gap < gap and not lies_beneath(search.validator, effect.axes[0], *sensors):
+            search.say(f"{anywhere[0].effect} beneath {part.effect}")
+            return both.model
+    return model
+
+
+def _is_anywhere(effect: str) -> bool:
+    known = effect_class(effect)
+    return not known.axes and known.kinds == ("missing",)
+
+
+def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effects) -> bool:
+    """Whether the recording has holes where those that ``after`` makes over ``before`` begin, which do not grow there
+    as those do, in two halves of the frames."""
+    number = next(n for n, one in enumerate(validator.evidence.axes) if one.name == axis and one.kind == ERROR)
+
+    def cells(counts: NDArray[np.integer]) -> NDArray[np.float64]:
+        return validator.evidence.cells(number, counts).astype(float)
+
+    runs = validator.evidence.config.fit.runs
+    real, without, with_it = (
+        cells(counts) for counts in (validator.real, *(validator.runs(e, runs)[0] for e in (before, after)))
+    )
+    made = moments(with_it.sum(axis=0)).holes - moments(without.sum(axis=0)).holes
+    pixels = real.sum(axis=(0, 2))
+    seen = np.flatnonzero(pixels >= 30)
+    order = seen[np.argsort(made[seen], kind="stable")]
+    share = np.cumsum(pixels[order]) / pixels.sum()
+    limit = validator.evidence.config.agreement
+    begins = order[: max(int(np.searchsorted(share, limit.begins)), 1)]
+    goes_on = order[len(begins) : max(int(np.searchsorted(share, 2.5 * limit.begins)), len(begins) + 1)]
+    if not len(goes_on):
+        return False
+
+    def flat(half: slice) -> bool:
+        a, b = real[half].sum(axis=0), without[half].sum(axis=0)
+        more, weight = moments(a).holes - moments(b).holes, a.sum(axis=1)
+
+        def over(some: NDArray[np.integer], of: NDArray[np.float64]) -> float:
+            return float(weight[some] @ of[some] / max(weight[some].sum(), 1))
+
+        level = over(begins, more)
+        grows, fitted = over(goes_on, more) - level, over(begins, made)
+        much = level > limit.beneath * over(seen, more) > 0
+        return bool(much and grows < limit.flat * level and fitted < (1 - limit.flat) * level)
+
+    return flat(slice(0, None, 2)) and flat(slice(1, None, 2))

@@ -1,0 +1,76 @@
+"""Holes anywhere beneath holes that grow along an axis."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_HOLE
+from depthsim.gap.depth.fit import beneath
+from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.fitting import Trial
+from depthsim.gap.depth.fit.optimize import Model
+
+CELLS, PIXELS = 20, 100_000
+RANGE = np.linspace(1, 4, CELLS)
+
+
+def counts(holes: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(2, cells * bins) of two blocks of frames: of each cell the share of holes, all else in one bin."""
+    cells = np.zeros((2, CELLS, BINS[ERROR]), np.int64)
+    cells[:, :, ERROR_HOLE] = np.round(PIXELS * holes)
+    cells[:, :, 5] = PIXELS - cells[:, :, ERROR_HOLE]
+    return cells.reshape(2, -1)
+
+
+def said(real: NDArray[np.float64], base: float, fitted: NDArray[np.float64]) -> bool:
+    shares = {"before": np.full(CELLS, base), "after": base + fitted}
+    evidence = SimpleNamespace(
+        config=DepthConfig(), axes=[SimpleNamespace(name="range", kind=ERROR)],
+        cells=lambda axis, of: of.reshape(*of.shape[:-1], CELLS, -1),
+    )  # fmt: skip
+    runs = lambda effects, count: [counts(shares[effects])]  # noqa: E731
+    validator = SimpleNamespace(evidence=evidence, real=counts(real), runs=runs)
+    return beneath.lies_beneath(cast("Any", validator), "range", cast("Any", "before"), cast("Any", "after"))
+
+
+def ramp(start: float, rate: float) -> NDArray[np.float64]:
+    return np.asarray(rate * np.maximum(RANGE - start, 0))
+
+
+@given(st.floats(0.02, 0.1), st.floats(2.2, 2.8), st.floats(0.01, 0.03))
+def test_a_level_beneath_holes_that_grow_is_seen(level: float, start: float, base: float) -> None:
+    """What is fitted in place of both begins where the picture does, with too few holes."""
+    grows = ramp(start, 0.03)
+    assert said(base + level + grows, base, ramp(0.8, level / 3))
+    # Holes that only grow have no level, wherever the fit begins; and none is left once the level is fitted.
+    assert not said(base + grows, base, ramp(0.8, level / 3))
+    assert not said(base + level + grows, base + level, grows)
+
+
+@given(st.floats(0.8, 4), st.floats(0.05, 0.3))
+def test_a_power_of_the_range_is_no_level(power: float, most: float) -> None:
+    """It is not flat where the range begins, however small it is there."""
+    grows = most * (RANGE / 4) ** power
+    assert not said(0.01 + grows, 0.01, ramp(1.2, most / 3))
+
+
+def test_both_are_fitted_from_the_beginning(monkeypatch: Any) -> None:
+    """The one that grows begins again on top of holes anywhere; both stay if they leave less, and no level."""
+    monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
+    levels = {("range_dropout",): True, ("fill_rate", "range_dropout"): False}
+    monkeypatch.setattr(beneath, "lies_beneath", lambda validator, axis, before, after: levels[after])
+    anywhere, grows = (Candidate(effect, (), {}, ((),)) for effect in ("fill_rate", "range_dropout"))
+    alone = Model((grows,), np.empty(0))
+    for gap, expected in ((0.1, ["fill_rate", "range_dropout"]), (0.3, ["range_dropout"])):
+        search = SimpleNamespace(
+            bank=[anywhere, grows], base=(), validator=None, begin=lambda part, base: Model((part,), np.empty(0)),
+            fit=lambda model, rounds, elsewhere: model, validated=lambda model, gap=gap: Trial(model, gap),
+            say=lambda text: None,
+        )  # fmt: skip
+        found = beneath.beneath(cast("Any", search), alone, 0.2)
+        assert [part.effect for part in found.parts] == expected
