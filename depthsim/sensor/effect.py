@@ -8,7 +8,7 @@ the classes in ``depthsim/sensor/effects/`` and those in the files that ``DEPTHS
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from functools import cache
-from typing import ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict
 
@@ -80,8 +80,9 @@ class Effect(BaseModel):
     """whether it is geometry, of which there is no other formula"""
     law: ClassVar[str] = ""
     """what it is a law of, where a sensor has one such law: a fit tries it beside and in place of another one"""
-    forms: ClassVar[tuple[Mapping[str, float], ...]] = ({},)
-    """the forms that it may have, each by the parameters that are held: a fit tries each of them"""
+    forms: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
+    """the forms that it may have, each by the parameters that are held: a fit tries each of them; of an effect that the
+    simulator has only those that hold what there is for each material, as it is there"""
     shown: ClassVar[Mapping[str, float]] = {}
     """other values than the defaults, at which a single picture shows what it does"""
     seen_on: ClassVar[tuple[str, ...]] = ()
@@ -115,7 +116,7 @@ class Effect(BaseModel):
         return cls.stored is not Effect.stored
 
     @classmethod
-    def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
+    def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, Any]]:
         """:attr:`forms`, or those that the recording shows without a fit."""
         return cls.forms
 

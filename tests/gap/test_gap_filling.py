@@ -72,5 +72,5 @@ def test_holes_that_are_all_gone(rate: float, gone: bool) -> None:
     candidate = Candidate("fill_rate", (Free("rate", 1e-9, 1, True, 1.0),), {}, ((0.05,),))
     trial = Trial(Model((candidate,), candidate.encode((rate,))), 0.1)
     search = cast("Search", SimpleNamespace(base=(effect_class("fill_rate")(rate=0.05),)))
-    assert Search._is_gone(search, trial) == gone
-    assert not Search._is_gone(cast("Search", SimpleNamespace(base=())), trial)
+    assert Search.is_gone(search, trial) == gone
+    assert not Search.is_gone(cast("Search", SimpleNamespace(base=())), trial)

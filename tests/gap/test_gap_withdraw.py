@@ -34,7 +34,9 @@ def cut(axis: str, what: Any) -> Cut:
     [
         (["fill_rate"], [("time", "missing")], 0.97, 1.0, False),  # it closes nearly all, and none of what comes first
         (["fill_rate"], [("time", "missing")], 0.97, 0.05, True),
-        (["fill_rate"], [("time", "missing")], 0.9, 0.05, False),
+        (["fill_rate"], [("time", "missing")], 0.92, 0.05, True),  # it has no axis to act along
+        (["fill_rate"], [("time", "missing")], 0.88, 0.05, False),
+        (["max_range"], [("time", "missing")], 0.92, 0.05, False),
         (["intrinsics"], [("motion", "bias")], 0.9, 0.05, True),  # it has no other formula
         (["intrinsics"], [("motion", "bias")], 0.9, 1.0, False),
         (["intrinsics"], [("motion", "bias")], 0.7, 0.05, False),

@@ -152,6 +152,23 @@ def test_the_material_has_a_noise_of_its_own() -> None:
     assert np.abs(errors(disparity, material) - a - b).max() < 2e-3
 
 
+@pytest.mark.parametrize("gain", [-0.5, 0.7, 3.0])
+def test_one_material_may_have_more_of_the_noise(gain: float) -> None:
+    """The same draws, times a factor, in what is stored in units of a millimetre; of other materials as it was."""
+    (tag,), material = CASTERS[2.0].scene.tags, MaterialNoise(floor=0.01)
+    other = next(one for one in MATERIALS.tags if one != tag)
+    plain, more, others = (
+        measure(one, caster=CASTERS[2.0]).depth.astype(np.float64) - 2.0
+        for one in (
+            material,
+            MaterialNoise(floor=0.01, gain={tag: gain}),
+            MaterialNoise(floor=0.01, gain={other: 1.0}),
+        )
+    )
+    assert np.abs(more - (1 + gain) * plain).max() < 1e-3 * (1 + gain / 2 + 0.6)
+    assert np.array_equal(others, plain)
+
+
 @pytest.mark.parametrize("share", [0.003, 0.2, 1.0])
 def test_false_depths_are_a_share_and_lie_anywhere_in_the_search_range(share: float) -> None:
     measured = measure(HeavyTails(share=share, search=64))

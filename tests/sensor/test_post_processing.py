@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import ndimage
 from shapes import MATERIALS, as_scene, box, camera, wall
 
 from depthsim.camera import Camera
@@ -200,6 +201,21 @@ def test_hole_filling_reaches_so_far(mode: int, reach: int) -> None:
         assert (now > 0).mean() > there.mean() + 0.3 * (near & (without > 0) & ~there).mean()
         if mode in alone:
             assert np.array_equal(now, np.where(near, without, 0))
+
+
+@pytest.mark.parametrize("reach", [1, 3, 1000])
+def test_hole_filling_with_means(reach: int) -> None:
+    """Ring by ring, whatever the order of the pixels."""
+    for picture, found in zip(frames()[:3], filtered(HoleFilling(mode=4, reach=reach))[:3], strict=True):
+        z = picture.astype(np.float64)
+        for _ in range(reach):
+            there = ndimage.uniform_filter((z > 0).astype(np.float64), 3, mode="constant")
+            mean = ndimage.uniform_filter(z, 3, mode="constant") / np.maximum(there, 1e-12)
+            z = np.where(z > 0, z, np.where(there > 1e-9, mean, 0))
+            if (z > 0).all():
+                break
+        assert np.abs(found - z).max() < 1 and (found[picture > 0] == picture[picture > 0]).all()
+        assert np.array_equal(found > 0, z > 0)
 
 
 def test_the_chain_in_its_order() -> None:

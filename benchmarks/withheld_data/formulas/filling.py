@@ -62,3 +62,19 @@ class ColumnByColumn(_Filled):
             found = np.take_along_axis(z, np.maximum(last, 0), axis=axis)
             z = np.where((last >= 0) & (place - last <= self.amount), found, z)
             take.z = z if axis == 0 else z[:, ::-1]
+
+
+class MeanAround(_Filled):
+    """Holes get the mean of the depths in 3x3 pixels, and again for those left: an inpainting by diffusion."""
+
+    effect = "hole_filling"
+
+    def finish(self, take: Take) -> None:
+        """So many times as the amount says."""
+        for _ in range(int(self.amount)):
+            there = (take.z > 0).astype(np.float64)
+            if there.all():
+                break
+            some = ndimage.uniform_filter(there, 3, mode="constant")
+            mean = ndimage.uniform_filter(take.z, 3, mode="constant") / np.maximum(some, 1e-12)
+            take.z = np.where(take.z > 0, take.z, np.where(some > 1e-9, mean, 0))

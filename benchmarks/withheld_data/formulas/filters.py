@@ -1,6 +1,7 @@
-"""Smoothing of the finished picture: holes stay holes, edges stay."""
+"""Smoothing of the finished picture: holes stay holes."""
 
 import numpy as np
+from scipy import ndimage
 
 from benchmarks.withheld_data.film import Film, Floats, Formula, Rng, Take
 
@@ -110,3 +111,17 @@ class DomainTransform(_Filter):
         for n in range(len(x) - 2, -1, -1):
             x[n] += weight[n] * (x[n + 1] - x[n])
         return np.moveaxis(x, 0, axis)
+
+
+class Blur(_Filter):
+    """A Gaussian over the depths that there are, whatever lies beside them: edges are blurred, too."""
+
+    effect = "spatial_filter"
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        self.width = float(rng.uniform(0.5, 1.2))
+
+    def smoothed(self, take: Take, z: Floats) -> Floats:
+        """By depth."""
+        some = ndimage.gaussian_filter((z > 0).astype(np.float64), self.width)
+        return np.where(z > 0, ndimage.gaussian_filter(z, self.width) / np.maximum(some, 1e-12), z)

@@ -66,3 +66,21 @@ class MeanOfFrames(_InTime):
         often = np.mean([z > 0 for z in pictures], axis=0) >= 0.5
         smoothed = take.z + self.amount * (mean - take.z)
         take.z = np.where(take.z > 0, smoothed, np.where(often, held, 0))
+
+
+class MedianOfFrames(_InTime):
+    """The median of the last depths that are alike, in part."""
+
+    effect = "temporal_filter"
+    span = (0.02, 1.0)
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        super().__init__(rng, film)
+        self.frames = int(rng.choice([3, 5]))
+
+    def finish(self, take: Take) -> None:
+        """amount: weight of the median."""
+        pictures = np.array(self.pictures(take, self.frames - 1))
+        like = np.array([self.alike(take, z, take.z) for z in pictures])
+        middle = np.nanmedian(np.where(like | (take.z <= 0), pictures, np.nan), axis=0)
+        take.z = np.where(take.z > 0, take.z + self.amount * (middle - take.z), 0)

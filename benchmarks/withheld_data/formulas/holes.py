@@ -58,6 +58,21 @@ class CountedHoles(MoreHoles):
         return random <= np.partition(random.ravel(), count)[count]
 
 
+class Clumps(MoreHoles):
+    """Holes come in clumps of a few pixels, wherever they lie: where a smooth random field is lowest."""
+
+    effect = "fill_rate"
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        super().__init__(rng, film)
+        self.size = float(rng.uniform(0.4, 1.0))
+
+    def lose(self, take: Take) -> Mask:
+        """As many pixels of every frame."""
+        field = ndimage.gaussian_filter(take.rng("more holes").standard_normal(take.z.shape), self.size)
+        return field <= np.quantile(field, self.amount)
+
+
 class GrazingLogistic(Chance):
     """A logistic step of the angle of incidence."""
 

@@ -50,6 +50,21 @@ class SeriesMaterial(OtherMaterial):
         return 1 + x * (1 + x / 2 * (1 + x / 3 * (1 + x / 4)))
 
 
+class NoisierMaterial(Formula):
+    """One material has the same noise several times over, at any range."""
+
+    effect = "material_noise"
+    statistic = "spread"
+    span = (0.02, 6.0)
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        self.tag = draw_tag(rng, film, 0.1)
+
+    def spread(self, take: Take) -> None:
+        """amount: by how much more."""
+        take.sigma[of_tag(take, self.tag)] *= 1 + self.amount
+
+
 class SquareOfRange(Formula):
     """In place of the base noise: std = s z² / f·b, in depth."""
 

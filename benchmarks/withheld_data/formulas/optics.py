@@ -131,3 +131,17 @@ class DiscJitter(Formula):
         angle = rng.uniform(0, 2 * np.pi, rays.shape[1:])
         camera = take.film.camera
         return rays + np.stack([r * np.cos(angle) / camera.fx, r * np.sin(angle) / camera.fy])
+
+
+class PixelBeside(Formula):
+    """Some pixels show what one beside them sees, any of eight."""
+
+    effect = "lateral_noise"
+    span = (0.01, 1.0)
+
+    def rays(self, take: Take, rays: Floats) -> Floats:
+        """amount: their share."""
+        rng, camera = take.rng("jitter"), take.film.camera
+        some = rng.random(rays.shape[1:]) < self.amount
+        steps = rng.integers(-1, 2, rays.shape) * some
+        return rays + steps / np.array([camera.fx, camera.fy])[:, None, None]

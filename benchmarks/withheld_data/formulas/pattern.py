@@ -43,3 +43,16 @@ class SumOfWaves(_Stays):
             waves.append(rng.uniform(0.5, 1) * np.cos(2 * np.pi * (along + rng.random())))
         whole = np.sum(waves, axis=0)
         self._shape = whole / np.sqrt((whole**2).mean())
+
+
+class Bowl(_Stays):
+    """A polynomial of the place in the picture, as a calibration leaves that was fitted to too few targets."""
+
+    effect = "fixed_pattern"
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        x, y = (film.u / film.camera.width - 0.5) * 2, (film.v / film.camera.height - 0.5) * 2
+        terms = [x * x, x * y, y * y, x**3, x * x * y, x * y * y, y**3]
+        whole = np.tensordot(rng.standard_normal(len(terms)), np.array(terms), axes=1)
+        whole = whole - whole.mean()
+        self._shape = whole / whole.std()

@@ -54,12 +54,38 @@ def _fill_from_around(nearest, reach, depth):
         above, here = here, above
 
 
+@kernel
+def _fill_with_means(reach, depth):
+    """Ring by ring, all pixels of a ring at once; (height, width)."""
+    height, width = depth.shape
+    v_of, u_of = np.nonzero(depth == _ZERO)
+    mean, left = np.empty(v_of.size, np.float32), v_of.size
+    for _ in range(reach):
+        for i in range(left):
+            total, count = _ZERO, 0
+            for v in range(max(v_of[i] - 1, 0), min(v_of[i] + 2, height)):
+                for u in range(max(u_of[i] - 1, 0), min(u_of[i] + 2, width)):
+                    total += depth[v, u]
+                    count += depth[v, u] != _ZERO
+            mean[i] = total / np.float32(count) if count > 0 else _ZERO
+        still = 0
+        for i in range(left):
+            depth[v_of[i], u_of[i]] = mean[i]
+            if mean[i] == _ZERO:
+                v_of[still], u_of[still] = v_of[i], u_of[i]
+                still += 1
+        if still in (0, left):
+            break
+        left = still
+
+
 class HoleFilling(Effect):
-    """Holes get the depth of a neighbour: the left one, the one above, or the farthest or nearest of five.
+    """Holes get the depth of a neighbour: left, above, the farthest or nearest of five, or the mean of eight.
 
     The five are above, upper left, left, lower left and below. Pixels are filled row by row, each from what is filled
     already, so that depths run on to the right and down, for ``reach`` pixels. From around, the picture's first and
     last rows and first column stay as they are, and a pixel below a hole that could not be filled gets no nearest one.
+    Means are filled in from the borders of the holes, a ring of pixels at a time.
     """
 
     id: ClassVar[str] = "hole_filling"
@@ -74,12 +100,12 @@ class HoleFilling(Effect):
     mode: int = parameter(
         1,
         low=-1,
-        high=3,
+        high=4,
         unit="1",
         neutral=-1,
-        about="-1: off, 0: from the left, 1: farthest from around, 2: nearest from around, 3: from above",
-        source="librealsense's default; from above: none, for other drivers",
-        starts=(0, 1, 2, 3),
+        about="-1: off, 0: from the left, 1: farthest from around, 2: nearest from around, 3: from above, 4: means",
+        source="librealsense's default; 3 and 4: none, for other drivers",
+        starts=(0, 1, 2, 3, 4),
     )
     reach: int = parameter(
         1000,
@@ -95,6 +121,8 @@ class HoleFilling(Effect):
         """Fill the holes; one after another, so on one thread."""
         if self.mode == 0:
             _fill_from_left(self.reach, frame.depth)
+        elif self.mode == 4:
+            _fill_with_means(self.reach, frame.depth)
         elif self.mode == 3:
             _fill_from_above(self.reach, frame.depth)
         else:

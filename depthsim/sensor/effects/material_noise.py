@@ -59,7 +59,10 @@ def _add_given_noise(start, stop, floor, m_of_tag, clean, tag, noise, depth):
 
 
 class MaterialNoise(Effect):
-    """Gaussian noise with std = floor·exp(m·d), d the z-depth [m] and m the value of the material that was hit."""
+    """Gaussian noise with std = floor·exp(m·d), d the z-depth [m] and m the value of the material that was hit.
+
+    Some materials may have more of it than others, at any range, by a factor 1 + gain.
+    """
 
     id: ClassVar[str] = "material_noise"
     stage: ClassVar[Stage] = Stage.NOISE
@@ -71,6 +74,7 @@ class MaterialNoise(Effect):
     kinds = ("spread",)
     recording = "several materials, each at several ranges"
     law = "the basic noise"
+    forms = ({"gain": {}}, {"m": {}})
 
     floor: float = parameter(
         0.005,
@@ -90,17 +94,27 @@ class MaterialNoise(Effect):
         likely=3.0,
     )
 
+    gain: dict[str, Annotated[FiniteFloat, Field(ge=-0.99, le=100)]] = by_material(
+        about="by how much the noise is more on some tags, as a share of it",
+        unit="share",
+        source="none by default",
+        step=0.1,
+        starts=(0.0,),
+        likely=10.0,
+    )
+
     @property
     def material_tags(self) -> tuple[str, ...]:
-        """The tags that have an m of their own here."""
-        return tuple(self.m)
+        """The tags that have values of their own here."""
+        return tuple(dict.fromkeys((*self.m, *self.gain)))
 
     def apply(self, frame: Frame) -> None:
         """Add the noise to every return."""
+        louder = any(self.gain.get(tag, 0.0) for tag in frame.scene.tags)
         m = frame.by_tag({tag: self.m.get(tag, frame.materials[tag].m) for tag in frame.scene.tags})
         clean, tag = frame.geometry.depth.reshape(-1), frame.geometry.tag.reshape(-1)
         floor, depth = _f(self.floor), frame.depth.reshape(-1)
-        if frame.correlation == Correlation() and not frame.has_noise_gain:
+        if frame.correlation == Correlation() and not frame.has_noise_gain and not louder:
             draws = frame.draws(self.id)
             # Numbers that are made where they are used save a pass over the memory.
             frame.run(_add_noise, draws.frame, draws.key, floor, m, clean, tag, depth, multiple=BLOCK)
@@ -108,4 +122,6 @@ class MaterialNoise(Effect):
             noise = frame.unit_noise(self.id).reshape(-1)
             if frame.has_noise_gain:
                 noise *= frame.noise_gain.reshape(-1)
+            if louder:
+                noise *= frame.by_tag({tag: 1 + self.gain.get(tag, 0.0) for tag in frame.scene.tags})[tag]
             frame.run(_add_given_noise, floor, m, clean, tag, noise, depth)

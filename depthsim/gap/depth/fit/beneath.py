@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthsim.gap.depth.data.histograms import ERROR
 from depthsim.gap.depth.fit.changes import Effects
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.depth.fit.search import Search, is_anywhere
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.where.differences import moments
 from depthsim.sensor.effect import effect_class
@@ -22,7 +22,7 @@ GROWING = ("range", "incidence")
 def beneath(search: Search, model: Model, gap: float) -> Model:
     """``model``, or with a cause of holes anywhere beside one whose holes grow. gap: what it leaves, held out."""
     there = {part.effect for part in model.parts}
-    anywhere = [c for c in search.bank if c.effect not in there and _is_anywhere(c.effect) and not c.in_place]
+    anywhere = [c for c in search.bank if c.effect not in there and is_anywhere(c.effect) and not c.in_place]
     for number, part in enumerate(model.parts):
         effect, less = effect_class(part.effect), model.less(number)
         is_new = all(part.effect != one.id for one in search.base)
@@ -41,11 +41,6 @@ def beneath(search: Search, model: Model, gap: float) -> Model:
             search.say(f"{anywhere[0].effect} beneath {part.effect}")
             return both.model
     return model
-
-
-def _is_anywhere(effect: str) -> bool:
-    known = effect_class(effect)
-    return not known.axes and known.kinds == ("missing",)
 
 
 def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effects) -> bool:

@@ -128,7 +128,9 @@ def candidates(
             forms = [_learned(kind, values, setting, config) for values in setting.learned[name]]
             found += [replace(form, in_place=number > 0) for number, form in enumerate(forms)]
         if name in present:
-            found.append(_change(present[name], setting, config))
+            by_material = {one.name for one in parameters_of(kind).values() if one.by_material}
+            ways_to_hold = [held for held in kind.forms if held and held.keys() <= by_material] or [{}]
+            found += [_change(present[name], setting, config, held) for held in ways_to_hold]
         elif not learned_of(kind):  # whose table is none of this recording's otherwise
             others = frozenset(effect.id for effect in base if kind.law and effect.law == kind.law)
             ways = dict.fromkeys((frozenset(), others))
@@ -137,12 +139,12 @@ def candidates(
 
 
 def _add(
-    kind: type[Effect], setting: Setting, config: DepthFit, held: Mapping[str, float], replaces: frozenset[str]
+    kind: type[Effect], setting: Setting, config: DepthFit, held: Mapping[str, Any], replaces: frozenset[str]
 ) -> Candidate:
     known = parameters_of(kind)
     bounds = kind.bounds_in(setting)
     every = (f if f.name not in bounds else _between(f, *bounds[f.name]) for f in _free(kind, setting, config))
-    free = tuple(f for f in every if f.key not in held)
+    free = tuple(f for f in every if f.name not in held)
     starts = _product([_begin(known[f.name], f, setting) for f in free])
     suggested = [tuple(values[f.name] for f in free) for values in kind.suggested(setting)]
     varied = {f.name for f in free if not known[f.name].by_material}
@@ -160,8 +162,10 @@ def _learned(kind: type[Effect], values: Mapping[str, Any], setting: Setting, co
     return Candidate(kind.id, free, fixed, (tuple(_value(f, values, setting) for f in free),))
 
 
-def _change(effect: Effect, setting: Setting, config: DepthFit) -> Candidate:
-    free, values = _free(type(effect), setting, config), effect.model_dump()
+def _change(effect: Effect, setting: Setting, config: DepthFit, held: Mapping[str, Any]) -> Candidate:
+    """Other values of an effect that there is. held: parameters that stay as they are."""
+    free = tuple(f for f in _free(type(effect), setting, config) if f.name not in held)
+    values = effect.model_dump()
     start = tuple(_value(f, values, setting) for f in free)
     starts = [start]
     if len(free) == 1 and free[0].log:

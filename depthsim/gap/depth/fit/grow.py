@@ -10,7 +10,7 @@ from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.depth.fit.search import Search, is_filling
 from depthsim.gap.selection import closes_enough
 from depthsim.sensor.effect import effect_class
 from depthsim.sensor.parameter import learned_of
@@ -119,6 +119,8 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         most = max((gap - c.gap for c in rivals), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
+    if any(map(is_filling, chain.named)) and search.is_gone(trial):  # what is filled by another formula has no holes
+        return False
     if is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
         return False
     kind = effect_class(trial.newest.effect).kinds[0]

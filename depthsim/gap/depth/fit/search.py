@@ -102,7 +102,7 @@ class Search(Fitting):
         def plain(trial: Trial) -> tuple[bool, int]:
             # Holes that are all gone may as well be filled, as hardly a sensor loses nothing.
             alike = [len(other.newest.free) for other in found if is_filling(other.newest.effect)]
-            free = max([len(trial.newest.free), *(alike if self._is_gone(trial) else ())])
+            free = max([len(trial.newest.free), *(alike if self.is_gone(trial) else ())])
             return not _is_known_by(trial.newest.effect, along), free
 
         first = plainest(found, lambda trial: trial.gap, plain, margin)
@@ -118,7 +118,7 @@ class Search(Fitting):
             return model
         return self.fit(model, 4, config.behind * least)
 
-    def _is_gone(self, trial: Trial) -> bool:
+    def is_gone(self, trial: Trial) -> bool:
         """Whether an effect that the simulator has is fitted to be none, or next to none."""
         newest, x = trial.newest, trial.model.split(trial.model.x)[-1]
         there = any(effect.id == newest.effect for effect in self.base)
@@ -281,7 +281,12 @@ def worth_a_look(gains: Mapping[int, float], most: int) -> list[int]:
 
 def is_filling(effect: str) -> bool:
     """Whether an effect fills holes of others."""
-    return "fill_rate" in effect_class(effect).seen_on
+    return any(is_anywhere(other) for other in effect_class(effect).seen_on)
+
+
+def is_anywhere(effect: str) -> bool:
+    """Whether an effect loses pixels anywhere."""
+    return not effect_class(effect).axes and effect_class(effect).kinds == ("missing",)
 
 
 def _acts(effect: str, kind: str, along: set[str]) -> bool:

@@ -141,6 +141,10 @@ def acting_elsewhere(
         _acts_where_as_much_lies(validator, selection, first, where) or not _is_left(validator, selection, first)
     ):
         return selection
+    # What is lost anywhere has no axis: of a gap that is the same all over, one of them comes first by chance.
+    anywhere = any(one.kinds[0] == first.what and not one.axes for one in causes)
+    if anywhere and closed >= 1 - limit.near_floor and not _is_left(validator, selection, first):
+        return selection
     why = f"does not act along {first.axis.replace('_', ' ')}, on which the gap lies first"
     return _refused(validator, selection, before, shares, why)
 
