@@ -216,6 +216,10 @@ class DepthAgreement(Section):
     )
     brought_nearer: float = _value(0.004, "the same that a filter or a correlation must bring it nearer at least")
     idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
+    of_material: float = _value(
+        0.08,
+        "of what a factor of each material does: with less of it changing from one to another, it is none of theirs",
+    )
     known_by: float = _value(
         0.05,
         "of what a bias or holes do: with less of it changing along the axis that they are known by, they are others",

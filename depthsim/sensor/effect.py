@@ -83,6 +83,8 @@ class Effect(BaseModel):
     forms: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
     """the forms that it may have, each by the parameters that are held: a fit tries each of them; of an effect that the
     simulator has only those that hold what there is for each material, as it is there"""
+    gain_of_material: ClassVar[str] = ""
+    """a parameter with a value for each material that does the same at any range: alike for all it is no material's"""
     shown: ClassVar[Mapping[str, float]] = {}
     """other values than the defaults, at which a single picture shows what it does"""
     seen_on: ClassVar[tuple[str, ...]] = ()

@@ -423,3 +423,28 @@ def test_of_a_shadow_a_few_pixels_say_little() -> None:
     whole = _scaled(off, seen)[0, 0]
     part = _scaled(off + 3 * holes, seen + 3 * holes)[0, 0]  # three of four pixels have no depth
     assert part == pytest.approx(whole / 2) and abs(whole) > 0.5
+
+
+@pytest.mark.parametrize(
+    ("gain", "varies", "refused"), [({"wood": 1.0}, 0.05, True), ({"wood": 1.0}, 0.3, False), ({}, 0.05, False)]
+)
+def test_a_factor_that_is_alike_for_all_materials_is_none_of_theirs(
+    gain: dict[str, float], varies: float, refused: bool
+) -> None:
+    """Such as the spread that a filter takes away; of an m, which grows with the range, this is not asked."""
+    noise = effect_class("material_noise")
+    does = changes(SPREAD, 1.0, [varies / 2, varies, 0])
+    evidence = SimpleNamespace(axes=AXES, config=DepthConfig())
+    validator = cast("Validator", SimpleNamespace(evidence=evidence, once=lambda work, before, after: does))
+    why = rules.is_alike_for_all(validator, noise, (noise(),), (noise(m={"wood": 0.5}, gain=gain),))
+    assert (why is not None) == refused
+    assert rules.is_alike_for_all(validator, effect_class("fill_rate"), (), ()) is None
+
+
+@pytest.mark.parametrize(("varies", "same"), [(0.05, True), (0.2, False)])
+def test_a_gap_that_is_the_same_all_over(varies: float, same: bool) -> None:
+    gap = changes(HOLES, 1.0, [varies, 0, 0])
+    evidence = SimpleNamespace(axes=AXES, config=DepthConfig())
+    validator = cast("Validator", SimpleNamespace(evidence=evidence, once=lambda work, effects: gap))
+    assert agreement.is_uniform(validator, "range", "missing", ()) == same
+    assert agreement.is_uniform(validator, "material", "missing", ())

@@ -83,6 +83,7 @@ def test_causes_act_where_the_gap_lies_first(
 ) -> None:
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     monkeypatch.setattr(withdraw, "left_of_change", lambda *_: left)
+    monkeypatch.setattr(withdraw, "is_uniform", lambda *_: False)
     monkeypatch.setattr(withdraw, "credit", lambda *_: np.full(len(effects), closed / len(effects)))
     given = selection(*effects)
     found = withdraw.acting_elsewhere(VALIDATOR, given, SCORE, closed, [cut(*place) for place in where])

@@ -75,6 +75,7 @@ class MaterialNoise(Effect):
     recording = "several materials, each at several ranges"
     law = "the basic noise"
     forms = ({"gain": {}}, {"m": {}})
+    gain_of_material = "gain"
 
     floor: float = parameter(
         0.005,

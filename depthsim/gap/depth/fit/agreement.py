@@ -61,6 +61,13 @@ def left_of_change(validator: Validator, axis: str, what: str, before: Effects, 
     return float(left.varies[k, first] / gap.varies[k, first]) if known else 0.0
 
 
+def is_uniform(validator: Validator, axis: str, what: str, before: Effects) -> bool:
+    """Whether a kind of gap of ``before`` is much the same all along an axis."""
+    gap, k = validator.once(against, before), KINDS.index(what) if what in KINDS else ALL
+    own = [one.name == axis for one in validator.evidence.axes]
+    return float(gap.varies[k, own].max(initial=0.0)) <= validator.evidence.config.agreement.uniform * gap.whole[k]
+
+
 def left_along(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> float | None:
     """Share that ``effect`` leaves of how errors of the kind that it makes change along their first axis.
 
@@ -113,6 +120,7 @@ def disagreement(
         return None
     if why := (
         rules.is_idle(validator, effect, before, after)
+        or rules.is_alike_for_all(validator, effect, before, after)
         or marks.unseen_step(validator, effect, before, after)
         or marks.holes_are_in_lines(validator, effect, after)
         or marks.brings_together(validator, effect, before, after)

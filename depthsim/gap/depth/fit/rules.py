@@ -28,6 +28,22 @@ def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: 
     return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
 
 
+def is_alike_for_all(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether a factor of each material is much the same for all: such as the spread that a filter takes away."""
+    if not effect.gain_of_material:
+        return None
+    was, now = ([getattr(one, effect.gain_of_material) for one in s if one.id == effect.id] for s in (before, after))
+    if (was or [{}]) == now:
+        return None
+    k, axes = KINDS.index(effect.kinds[0]), validator.evidence.axes
+    does = validator.once(done_by, before, after)
+    own = [n for n, axis in enumerate(axes) if axis.kind == histograms.ERROR and axis.names <= set(effect.axes)]
+    varies = float(does.varies[k, own].max(initial=0.0))
+    if varies >= validator.evidence.config.agreement.of_material * float(does.whole[k]):
+        return None
+    return f"changes {WORDS[KINDS[k]]} by much the same on all materials"
+
+
 def shows_itself(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
     """Whether an effect, as it is fitted, changes something along the axis it is known by, if that is seen at all."""
     if not effect.axes or effect.axes[0] == "range":

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.pose_errors import PoseErrors
-from depthsim.gap.depth.fit.agreement import left_of_change
+from depthsim.gap.depth.fit.agreement import is_uniform, left_of_change
 from depthsim.gap.depth.fit.marks import only_its_own
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import PLACES
@@ -141,10 +141,12 @@ def acting_elsewhere(
         _acts_where_as_much_lies(validator, selection, first, where) or not _is_left(validator, selection, first)
     ):
         return selection
-    # What is lost anywhere has no axis: of a gap that is the same all over, one of them comes first by chance.
-    anywhere = any(one.kinds[0] == first.what and not one.axes for one in causes)
-    if anywhere and closed >= 1 - limit.near_floor and not _is_left(validator, selection, first):
-        return selection
+    # What is lost or smoothed anywhere: of a gap that is the same all over, an axis comes first by chance.
+    anywhere = any(first.what in one.kinds and (not one.axes or one.kinds[0] == "correlation") for one in causes)
+    if anywhere and closed >= 1 - limit.near_floor:
+        same = is_uniform(validator, first.axis, first.what, validator.evidence.base)
+        if same or not _is_left(validator, selection, first):
+            return selection
     why = f"does not act along {first.axis.replace('_', ' ')}, on which the gap lies first"
     return _refused(validator, selection, before, shares, why)
 
