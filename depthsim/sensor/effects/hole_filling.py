@@ -22,16 +22,6 @@ def _fill_from_left(reach, depth):
 
 
 @kernel
-def _fill_from_above(reach, depth):
-    away = np.zeros(depth.shape[1], np.int32)
-    for v in range(1, depth.shape[0]):
-        for u in range(depth.shape[1]):
-            away[u] = away[u] + 1 if depth[v, u] == _ZERO else 0
-            if 0 < away[u] <= reach:
-                depth[v, u] = depth[v - 1, u]
-
-
-@kernel
 def _fill_from_around(nearest, reach, depth):
     """Row by row, from what is filled already; the picture's first and last row and first column stay."""
     # How many pixels on from one that was measured: of this row and of the one above, of which the one below has none.
@@ -121,9 +111,9 @@ class HoleFilling(Effect):
         """Fill the holes; one after another, so on one thread."""
         if self.mode == 0:
             _fill_from_left(self.reach, frame.depth)
+        elif self.mode == 3:
+            _fill_from_left(self.reach, frame.depth.T)
         elif self.mode == 4:
             _fill_with_means(self.reach, frame.depth)
-        elif self.mode == 3:
-            _fill_from_above(self.reach, frame.depth)
         else:
             _fill_from_around(self.mode == 2, self.reach, frame.depth)

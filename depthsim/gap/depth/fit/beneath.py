@@ -7,12 +7,12 @@ looked for. But what it then makes there grows, and what the recording has is th
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.depth.data.evidence import Counts
 from depthsim.gap.depth.data.histograms import ERROR
-from depthsim.gap.depth.fit.changes import Effects
+from depthsim.gap.depth.fit.changes import Effects, holes_along
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search, is_anywhere
 from depthsim.gap.depth.fit.validate import Validator
-from depthsim.gap.depth.where.differences import moments
 from depthsim.sensor.effect import effect_class
 
 GROWING = ("range", "incidence")
@@ -35,9 +35,9 @@ def beneath(search: Search, model: Model, gap: float) -> Model:
         begun = less.plus(under) if less.parts else under
         begun = begun.plus(search.begin(part, begun.build(search.base)))
         both = search.validated(search.fit(begun, 4, elsewhere=True))
-        with_both = both.model.less(len(both.model.parts) - 1), both.model
-        sensors = (one.build(search.base) for one in with_both)
-        if both.gap < gap and not lies_beneath(search.validator, effect.axes[0], *sensors):
+        under_alone = both.model.less(len(both.model.parts) - 1).build(search.base)
+        still = lies_beneath(search.validator, effect.axes[0], under_alone, both.model.build(search.base))
+        if both.gap < gap and not still:
             search.say(f"{anywhere[0].effect} beneath {part.effect}")
             return both.model
     return model
@@ -47,16 +47,14 @@ def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effect
     """Whether the recording has holes where those that ``after`` makes over ``before`` begin, which do not grow there
     as those do, in two halves of the frames."""
     number = next(n for n, one in enumerate(validator.evidence.axes) if one.name == axis and one.kind == ERROR)
+    real, runs = validator.real, validator.evidence.config.fit.runs
+    without, with_it = (validator.runs(effects, runs)[0] for effects in (before, after))
+    made = holes_along(validator, number, with_it) - holes_along(validator, number, without)
 
-    def cells(counts: NDArray[np.integer]) -> NDArray[np.float64]:
-        return validator.evidence.cells(number, counts).astype(float)
+    def pixels_of(blocks: Counts) -> NDArray[np.float64]:
+        return validator.evidence.cells(number, blocks.sum(axis=0)).sum(axis=1).astype(float)
 
-    runs = validator.evidence.config.fit.runs
-    real, without, with_it = (
-        cells(counts) for counts in (validator.real, *(validator.runs(e, runs)[0] for e in (before, after)))
-    )
-    made = moments(with_it.sum(axis=0)).holes - moments(without.sum(axis=0)).holes
-    pixels = real.sum(axis=(0, 2))
+    pixels = pixels_of(real)
     seen = np.flatnonzero(pixels >= 30)
     order = seen[np.argsort(made[seen], kind="stable")]
     share = np.cumsum(pixels[order]) / pixels.sum()
@@ -67,8 +65,8 @@ def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effect
         return False
 
     def flat(half: slice) -> bool:
-        a, b = real[half].sum(axis=0), without[half].sum(axis=0)
-        more, weight = moments(a).holes - moments(b).holes, a.sum(axis=1)
+        more = holes_along(validator, number, real[half]) - holes_along(validator, number, without[half])
+        weight = pixels_of(real[half])
 
         def over(some: NDArray[np.integer], of: NDArray[np.float64]) -> float:
             return float(weight[some] @ of[some] / max(weight[some].sum(), 1))

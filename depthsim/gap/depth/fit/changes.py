@@ -62,6 +62,11 @@ def holes_of(validator: Validator, effects: Effects) -> float:
     return float(moments(errors[None]).holes[0])
 
 
+def holes_along(validator: Validator, axis: int, counts: Counts) -> Floats:
+    """(cells,) the share of holes along an axis. counts: (blocks, size)."""
+    return moments(validator.evidence.cells(axis, counts.sum(axis=0)).astype(float)).holes
+
+
 def too_many_left(validator: Validator, before: Effects, after: Effects) -> float | None:
     """Where ``before`` has more holes than the recording, how far ``after`` is from it as a share of that, squared.
 
@@ -71,17 +76,15 @@ def too_many_left(validator: Validator, before: Effects, after: Effects) -> floa
     if axis is None:
         return None
 
-    def holes(counts: Counts) -> Floats:
-        return moments(validator.evidence.cells(axis, counts.sum(axis=0)).astype(float)).holes
-
-    runs = [holes(run) for run in _runs(validator, before)[:2]]
+    runs = [holes_along(validator, axis, run) for run in _runs(validator, before)[:2]]
     weight = validator.evidence.cells(axis, validator.real.sum(axis=0)).sum(axis=1).astype(float)
-    more = runs[0] - holes(validator.real)
+    real = holes_along(validator, axis, validator.real)
+    more = runs[0] - real
     weight *= more > 0
     chance = weight @ np.square(runs[0] - runs[1])
     if weight @ np.square(more) <= validator.evidence.config.agreement.sure * chance:
         return None
-    still = holes(_runs(validator, after)[0]) - holes(validator.real)
+    still = holes_along(validator, axis, _runs(validator, after)[0]) - real
     return float(weight @ np.square(still) / (weight @ np.square(more)))
 
 
