@@ -324,6 +324,16 @@ def test_the_bank_is_the_registry() -> None:
             assert not {e.id for e in effects} & candidate.replaces
 
 
+@pytest.mark.parametrize("profile", ["clean", "paper"])
+def test_a_factor_begins_at_each_material_in_turn(profile: str) -> None:
+    setting = Setting(("cement", "glass", "wood"), np.linspace(0.5, 5, 12), 3.0, load_materials())
+    louder = [
+        c for c in candidates(load_profile(profile).effects, setting)
+        if c.effect == "material_noise" and {free.name for free in c.free} == {"gain"}
+    ]  # fmt: skip
+    assert louder and all(c.starts == ((0, 0, 0), (3, 0, 0), (0, 3, 0), (0, 0, 3)) for c in louder)
+
+
 @given(st.floats(-1, 2))
 def test_parameters_survive_their_encoding(share: float) -> None:
     setting = Setting(("cement",), np.linspace(0.5, 5, 12), 3.0, load_materials())

@@ -100,7 +100,7 @@ class MaterialNoise(Effect):
         unit="share",
         source="none by default",
         step=0.1,
-        starts=(0.0,),
+        starts=(0.0, 3.0),
         likely=10.0,
     )
 

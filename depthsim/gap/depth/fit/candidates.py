@@ -145,7 +145,8 @@ def _add(
     bounds = kind.bounds_in(setting)
     every = (f if f.name not in bounds else _between(f, *bounds[f.name]) for f in _free(kind, setting, config))
     free = tuple(f for f in every if f.name not in held)
-    starts = _product([_begin(known[f.name], f, setting) for f in free])
+    starts = _product([_begin(known[f.name], f, setting)[: 1 if known[f.name].by_material else None] for f in free])
+    starts += _one_by_one(starts[0], free, known, setting) if starts else ()
     suggested = [tuple(values[f.name] for f in free) for values in kind.suggested(setting)]
     varied = {f.name for f in free if not known[f.name].by_material}
     fixed = {name: one.default for name, one in known.items() if name not in varied} | dict(held)
@@ -170,6 +171,7 @@ def _change(effect: Effect, setting: Setting, config: DepthFit, held: Mapping[st
     starts = [start]
     if len(free) == 1 and free[0].log:
         starts += [(start[0] * k,) for k in (0.2, 3)]
+    starts += _one_by_one(start, free, parameters_of(type(effect)), setting)
     fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
     return Candidate(effect.id, free, fixed, tuple(starts))
 
@@ -223,6 +225,18 @@ def _begin(one: Parameter, free: Free, setting: Setting) -> tuple[float, ...]:
     known = _of_material(free.key, {}, setting) if isinstance(free.key, tuple) else None
     starts = one.begin(setting) if known is None else [known]
     return tuple(dict.fromkeys(float(np.clip(value, free.low, free.high)) for value in starts))
+
+
+def _one_by_one(
+    start: tuple[float, ...], free: Sequence[Free], known: Mapping[str, Parameter], setting: Setting
+) -> tuple[tuple[float, ...], ...]:
+    """``start`` with one material at a time where else fits of its parameter begin."""
+    return tuple(
+        (*start[:k], value, *start[k + 1 :])
+        for k, f in enumerate(free)
+        if known[f.name].by_material
+        for value in _begin(known[f.name], f, setting)[1:]
+    )
 
 
 def _product(grids: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:
