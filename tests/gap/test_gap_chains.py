@@ -229,25 +229,28 @@ def test_another_beginning_is_tried_where_it_comes_near(
 
 
 @pytest.mark.parametrize(
-    ("alone", "both", "along", "named"),
+    ("alone", "both", "along", "left", "named"),
     [
-        (0.5, 0.1, "image_radius", True),
-        (0.15, 0.1, "image_radius", False),
-        (0.15, 0.1, "range", True),
-        (None, 0.1, "range", True),
-        (None, 0.9, "range", False),
+        (0.5, 0.1, "image_radius", 0.0, True),
+        (0.15, 0.1, "image_radius", 0.0, False),
+        (0.15, 0.1, "range", 0.0, True),
+        (None, 0.1, "range", 0.05, True),
+        (None, 0.1, "range", 0.2, False),
+        (None, 0.9, "range", 0.0, False),
     ],
 )
 def test_what_cancels_is_tried_as_one(
-    monkeypatch: pytest.MonkeyPatch, alone: float | None, both: float, along: str, named: bool
+    monkeypatch: pytest.MonkeyPatch, alone: float | None, both: float, along: str, left: float, named: bool
 ) -> None:
-    """Where what closes most by itself does not do nearly as well, or does not act where the gap lies."""
+    """Where what closes most by itself does not do nearly as well, or does not act where the gap lies, and the two are
+    the recording's law of the range."""
     monkeypatch.setattr(grow, "first_axes", lambda validator, effects: [("bias", {along})])
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     search = FakeSearch(baseline_scale_disparity_offset=both)
     search.bank = model("baseline_scale", "lens_distortion", "disparity_offset").parts  # type: ignore[attr-defined]
     search.begin = lambda one, base: Model((one,), np.empty(0))  # type: ignore[attr-defined]
     search.disagreement = lambda of, number, *, alone: None  # type: ignore[attr-defined]
+    search.left_by_range = lambda of: left  # type: ignore[attr-defined]
     begun = Chain(DepthSelect(), SCORE, 1.0)
     first = None if alone is None else Trial(model("lens_distortion"), alone)
     found = grow.cancelling(cast("Search", search), begun, first)

@@ -48,7 +48,8 @@ def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | Non
     """Two first causes that are known by the range alone, and cancel where most is seen, so that neither closes much.
 
     Such as an offset of the disparities beside a scale, which a calibration at one range leaves. None where ``alone``
-    does nearly as well, or as well if it acts along none of the axes on which the gap lies first.
+    does nearly as well, or as well if it acts along none of the axes on which the gap lies first, or where the two
+    leave some of how biases change along the range: they come near to any law, such as one with a knee.
     """
     limit, whole = search.config.select, search.whole
     least = limit.first * whole
@@ -64,7 +65,9 @@ def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | Non
     for first, second in combinations(biases.values(), 2):
         begun = search.begin(first, search.base)
         both = search.validated(search.fit(begun.plus(search.begin(second, begun.build(search.base))), 4))
-        if chain.gap - both.gap >= least and not any(search.disagreement(both.model, k, alone=True) for k in (0, 1)):
+        if chain.gap - both.gap < least or search.left_by_range(both.model) > search.config.agreement.near_floor:
+            continue
+        if not any(search.disagreement(both.model, k, alone=True) for k in (0, 1)):
             return both
     return None
 

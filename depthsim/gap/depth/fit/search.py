@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along
+from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along, left_of_change
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
@@ -40,6 +40,10 @@ class Search(Fitting):
     def left_along(self, model: Model) -> float | None:
         """What the newest part of a model leaves, see :func:`agreement.left_along`."""
         return left_along(self.validator, *self._newest(model))
+
+    def left_by_range(self, model: Model) -> float:
+        """Share that a model leaves of how biases change along the range."""
+        return left_of_change(self.validator, "range", "bias", self.base, model.build(self.base))
 
     def makes_steps(self, model: Model) -> bool:
         """Whether the newest part of a model puts the disparities on the recording's steps."""
