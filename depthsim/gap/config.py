@@ -215,7 +215,11 @@ class DepthAgreement(Section):
         0.03, "of a correlation of neighbours: one that is farther from the recording's by more is another's"
     )
     brought_nearer: float = _value(0.004, "the same that a filter or a correlation must bring it nearer at least")
-    idle: float = _value(0.02, "of what an effect does: more of its own along the axis that it is known by is no cause")
+    idle: float = _value(
+        0.02,
+        "of what an effect does: more of its own along the axis that it is known by, or of spread along any of its, "
+        "is no cause",
+    )
     of_material: float = _value(
         0.08,
         "of what a factor of each material does: with less of it changing from one to another, it is none of theirs",

@@ -128,6 +128,15 @@ def test_a_bias_of_another_shape_is_brought_where_the_recording_has_none(bias: f
     assert said is None or "along range" in said
 
 
+@pytest.mark.parametrize(("before", "brought", "refused"), [(0.0, 0.05, True), (0.0, 0.01, False), (0.05, 0.05, False)])
+def test_a_noise_that_is_more_all_the_time_goes_not_with_the_range(
+    before: float, brought: float, refused: bool
+) -> None:
+    gap, left = changes(SPREAD, 1.0, [before, 0, before]), changes(SPREAD, 0.0, [brought, 0, brought])
+    one = asked("disparity_noise", gap, left, changes(SPREAD, 1.0, [brought, 0, brought]))
+    assert (rules.brings(one, SPREAD) is not None) == refused
+
+
 @given(st.floats(0.01, 1), st.floats(0, 1.2))
 def test_what_crossed_axes_leave_is_the_shape_that_is_wrong(bias: float, left: float) -> None:
     change = 0.3 * bias

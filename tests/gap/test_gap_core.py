@@ -17,7 +17,14 @@ from depthsim.gap.depth.data import counting, histograms
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.covariates import covariates
 from depthsim.gap.depth.data.divergence import Ruler
-from depthsim.gap.depth.data.frames import MARGIN, deal_blocks, inner_rows, select_frames, select_rows
+from depthsim.gap.depth.data.frames import (
+    MARGIN,
+    counted_rows,
+    deal_blocks,
+    inner_rows,
+    select_frames,
+    select_rows,
+)
 from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.data.quantization import _steps_of
 from depthsim.gap.depth.fit.candidates import candidates
@@ -298,6 +305,14 @@ def test_the_pixels_that_are_looked_at_keep_to_their_budget(count: int, size: tu
             beside = np.setdiff1d(np.arange(height), window.rows)
             far = np.abs(window.rows[:, None] - beside).min(axis=1) > MARGIN
             np.testing.assert_array_equal(inner_rows(window), far)
+
+
+@given(st.integers(0, 1000), st.integers(1, 5))
+def test_rows_that_are_counted_are_of_no_one_parity(index: int, stride: int) -> None:
+    camera = preset("d435", 424, 240)
+    rows = counted_rows(camera, index, stride)
+    assert len(rows) == 240 // stride and (rows // stride == np.arange(len(rows))).all()
+    assert stride == 1 or 0.2 < np.mean(rows % 2) < 0.8
 
 
 def test_the_bank_is_the_registry() -> None:

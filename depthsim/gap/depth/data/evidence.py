@@ -21,7 +21,14 @@ from depthsim.gap.depth.data.border import Border, find_border
 from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.doubling import SMALLEST, find_doubling
-from depthsim.gap.depth.data.frames import CleanFrame, cast_clean, deal_blocks, inner_rows, select_frames, select_rows
+from depthsim.gap.depth.data.frames import (
+    CleanFrame,
+    cast_clean,
+    counted_rows,
+    deal_blocks,
+    select_frames,
+    select_rows,
+)
 from depthsim.gap.depth.data.histograms import BINS, ERROR
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.quantization import find_steps
@@ -355,8 +362,7 @@ class Evidence:
         self.kinds, self.offsets, self.size = layout(self.axes)
         first_of_block = {int(block[0]) for block in self.blocks}
         for index in frames:
-            # Another row comes first in every frame, so that all have their turn.
-            counted = np.flatnonzero(inner_rows(self.windows[index]))[index % self.stride :: self.stride]
+            counted = counted_rows(self.windows[index], index, self.stride)
             none = np.empty(0, np.float32)
             self.frames[index] = CleanFrame(
                 index, float(self.run.stamps[index]), self.run.poses[index], self.windows[index], counted,

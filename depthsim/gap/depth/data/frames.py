@@ -130,3 +130,13 @@ def inner_rows(camera: Camera) -> NDArray[np.bool_]:
     cuts = np.flatnonzero(np.diff(rows) > 1)  # above these
     near = np.abs(np.arange(camera.height)[:, None] + 0.5 - cuts).min(axis=1, initial=np.inf) < MARGIN
     return np.asarray(~near)
+
+
+def counted_rows(camera: Camera, index: int, stride: int) -> NDArray[np.intp]:
+    """One of every ``stride`` rows that are not near a cut, drawn anew for each frame, so that all have their turn.
+
+    By turns, every other row would be told as every other frame.
+    """
+    rows = np.flatnonzero(inner_rows(camera))
+    some = np.arange(0, len(rows) - stride + 1, stride)
+    return rows[some + np.random.default_rng(index).integers(stride, size=len(some))]

@@ -268,20 +268,22 @@ def leaves_geometry(asked: Asked, k: int) -> str | None:
 
 
 def brings(asked: Asked, k: int) -> str | None:
-    """Whether an effect makes biases change along an axis of its own, where the recording's do not.
+    """Whether an effect makes biases or spreads change along an axis of its own, where the recording's do not.
 
-    Such as an offset of the disparities for a scale that is wrong, which has another shape along the range. But at
-    edges, where what moves pixels by another formula has other medians, if it is not known by them.
+    Such as an offset of the disparities for a scale that is wrong, which has another shape along the range, or noise by
+    motion for more noise all the time. But at edges, where what moves pixels by another formula has other medians, if
+    it is not known by them.
     """
-    if KINDS[k] != "bias" or asked.learned:
-        return None
     gap, left, limit = asked.gap, asked.left, asked.limit
+    most = {"bias": limit.brought, "spread": limit.idle}.get(KINDS[k])
+    if most is None or asked.learned:
+        return None
     own = asked.own
     if asked.effect.axes[:1] != ("edge_distance",):
         own = own & ["edge_distance" not in axis.names for axis in asked.validator.evidence.axes]
     more = np.where(own, left.varies[k] - np.maximum(gap.varies[k], 0) - limit.sure * left.chance[k], 0)
     axis = int(np.argmax(more))
-    if more[axis] <= limit.brought * asked.does.whole[k]:
+    if more[axis] <= most * asked.does.whole[k]:
         return None
     return f"makes {asked.change_along(k, axis)}, where the recording's do not"
 
