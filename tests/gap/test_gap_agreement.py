@@ -322,10 +322,10 @@ def test_holes_along_the_range_are_told_apart_by_their_shape(left: float) -> Non
 
 @given(st.floats(0, 0.99), st.floats(0, 1))
 def test_many_parameters_do_not_follow_a_change_along_another_axis(own: float, left: float) -> None:
-    """Noise that grows along the range, on materials that lie at different ranges."""
+    """Noise that grows along the range, on materials that lie at different ranges: they are known by the material."""
     limit = DepthConfig().agreement
     gap = changes(SPREAD, 0.0625, [0.0625, 0.0625 * own, 0])
-    one = asked("ambient_light", gap, changes(SPREAD, 0.0, [0.0625 * left, 0, 0]), gap)
+    one = asked("material_noise", gap, changes(SPREAD, 0.0, [0.0625 * left, 0, 0]), gap)
     assert rules.is_for_another_axis(one, SPREAD) is None  # it has too few parameters for that
     said = rules.is_for_another_axis(replace(one, flexible=True), SPREAD)
     if min(abs(own - limit.as_much), abs(left - limit.near_floor)) > 1e-9:

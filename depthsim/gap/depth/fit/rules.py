@@ -191,20 +191,24 @@ def leaves_elsewhere(asked: Asked, k: int) -> str | None:
 
 
 def is_for_another_axis(asked: Asked, k: int) -> str | None:
-    """Whether an effect with many parameters follows a change along an axis of no cause, where its own change less.
+    """Whether an effect with many parameters follows a change along an axis by which it is not known, where its own
+    change less.
 
-    Such as light from a side for noise that grows over the picture, where the camera hardly turns.
+    Such as light from a side for noise that grows over the picture, where the camera hardly turns, or light from above
+    for noise that grows towards the floor.
     """
     limit, gap = asked.limit, asked.gap
     sure, worth = worth_of(asked.validator, gap, k)
     first = int(np.argmax(worth))
-    if not asked.flexible or asked.own[first] or asked.others(first) or not sure[first]:
+    own = (
+        np.array([bool(axis.names & set(asked.effect.axes[:1])) for axis in asked.validator.evidence.axes]) & asked.own
+    )
+    if not asked.flexible or own[first] or asked.others(first) or not sure[first]:
         return None
     share = asked.surely_left(k, first)
-    own = float(worth[asked.own].max(initial=0.0))
-    if own >= limit.as_much * worth[first] or share <= limit.near_floor:
+    if float(worth[own].max(initial=0.0)) >= limit.as_much * worth[first] or share <= limit.near_floor:
         return None
-    return f"leaves {share:.0%} of how {asked.change_along(k, first)}, and it acts along others"
+    return f"leaves {share:.0%} of how {asked.change_along(k, first)}, by which it is not known"
 
 
 def is_by_height(asked: Asked, k: int) -> str | None:

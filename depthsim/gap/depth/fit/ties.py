@@ -23,6 +23,8 @@ def compare_rivals(
     """The model with the best of each cause's rivals, and the equals of each cause.
 
     What makes nothing of what it is known by, such as noise by motion that is the same all the time, takes no place.
+    An equal leaves hardly more than a cause does, or not surely, and at most twice as much, if what it leaves would be a
+    gap if it were alone.
 
     looked, before: the leaders of each step, and the gap before it.
     """
@@ -42,7 +44,10 @@ def compare_rivals(
                 continue
             other = instead(search, model, cause, rival)
             surely = partial(surely_worse, search.validator, *(m.build(search.base) for m in (other.model, model)))
-            if not is_tie(other.gap - gap, limit.tied * search.whole, np.inf, surely):
+            more, hardly = other.gap - gap, _hardly_more(search, gap)
+            if not is_tie(more, min(limit.tied * search.whole, hardly), np.inf, surely):
+                continue
+            if more > hardly and search.leaves(other.model, search.validator.score(other.model.build(search.base))):
                 continue
             if search.disagreement(other.model, _number(other.model, name)) is not None:
                 continue
@@ -56,6 +61,11 @@ def compare_rivals(
         if equals:
             ties[cause] = tuple(equals)
     return model, ties
+
+
+def _hardly_more(search: Search, gap: float) -> float:
+    """As much as a model that leaves ``gap`` leaves over the floor, and what is next to nothing beside that."""
+    return max(gap - search.floor, 0.0) + search.config.significance.faint * search.floor
 
 
 def _found_as(
