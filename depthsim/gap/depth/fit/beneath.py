@@ -7,9 +7,8 @@ looked for. But what it then makes there grows, and what the recording has is th
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.gap.depth.data.evidence import Counts
 from depthsim.gap.depth.data.histograms import ERROR
-from depthsim.gap.depth.fit.changes import Effects, holes_along
+from depthsim.gap.depth.fit.changes import Effects, holes_along, holes_made, pixels_along
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search, is_anywhere
 from depthsim.gap.depth.fit.validate import Validator
@@ -47,14 +46,9 @@ def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effect
     """Whether the recording has holes where those that ``after`` makes over ``before`` begin, which do not grow there
     as those do, in two halves of the frames."""
     number = next(n for n, one in enumerate(validator.evidence.axes) if one.name == axis and one.kind == ERROR)
-    real, runs = validator.real, validator.evidence.config.fit.runs
-    without, with_it = (validator.runs(effects, runs)[0] for effects in (before, after))
-    made = holes_along(validator, number, with_it) - holes_along(validator, number, without)
-
-    def pixels_of(blocks: Counts) -> NDArray[np.float64]:
-        return validator.evidence.cells(number, blocks.sum(axis=0)).sum(axis=1).astype(float)
-
-    pixels = pixels_of(real)
+    real, without = validator.real, validator.runs(before, validator.evidence.config.fit.runs)[0]
+    made = holes_made(validator, number, before, after)
+    pixels = pixels_along(validator, number, real)
     seen = np.flatnonzero(pixels >= 30)
     order = seen[np.argsort(made[seen], kind="stable")]
     share = np.cumsum(pixels[order]) / pixels.sum()
@@ -66,7 +60,7 @@ def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effect
 
     def flat(half: slice) -> bool:
         more = holes_along(validator, number, real[half]) - holes_along(validator, number, without[half])
-        weight = pixels_of(real[half])
+        weight = pixels_along(validator, number, real[half])
 
         def over(some: NDArray[np.integer], of: NDArray[np.float64]) -> float:
             return float(weight[some] @ of[some] / max(weight[some].sum(), 1))

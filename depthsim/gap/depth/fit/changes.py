@@ -67,6 +67,31 @@ def holes_along(validator: Validator, axis: int, counts: Counts) -> Floats:
     return moments(validator.evidence.cells(axis, counts.sum(axis=0)).astype(float)).holes
 
 
+def pixels_along(validator: Validator, axis: int, counts: Counts) -> Floats:
+    """(cells,) how many pixels lie in the cells of an axis. counts: (blocks, size)."""
+    return validator.evidence.cells(axis, counts.sum(axis=0)).sum(axis=1).astype(float)
+
+
+def holes_made(validator: Validator, axis: int, before: Effects, after: Effects) -> Floats:
+    """(cells,) the share of holes along an axis that ``after`` has more than ``before``."""
+    without, with_it = (holes_along(validator, axis, _runs(validator, one)[0]) for one in (before, after))
+    return with_it - without
+
+
+def holes_lie_apart(validator: Validator, axis: str, before: Effects, between: Effects, after: Effects) -> bool:
+    """Whether hardly any of the holes that ``after`` has more than ``between`` lie along an axis where ``between`` has
+    more than ``before``: the nearest and the farthest, beside each other, are no two shapes of one."""
+    number = next(
+        n for n, one in enumerate(validator.evidence.axes) if (one.name, one.kind) == (axis, histograms.ERROR)
+    )
+    pixels = pixels_along(validator, number, validator.real)
+    first = np.maximum(holes_made(validator, number, before, between), 0) * pixels
+    more = np.maximum(holes_made(validator, number, between, after), 0) * pixels
+    limit = validator.evidence.config.agreement.near_floor
+    there = first > limit * first.max(initial=0.0)
+    return bool(more[there].sum() <= limit * more.sum())
+
+
 def too_many_left(validator: Validator, before: Effects, after: Effects) -> float | None:
     """Where ``before`` has more holes than the recording, how far ``after`` is from it as a share of that, squared.
 

@@ -124,7 +124,8 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
     if any(map(is_filling, chain.named)) and search.is_gone(trial):  # what is filled by another formula has no holes
         return False
-    if is_alike(trial.newest.effect, chain.named) and gained < limit.alike * search.whole:
+    little = gained < limit.alike * search.whole
+    if little and is_alike(trial.newest.effect, chain.named) and not search.lies_apart(trial.model):
         return False
     kind = effect_class(trial.newest.effect).kinds[0]
     named = {one for name in chain.named for one in _formula_of(name)}

@@ -6,7 +6,7 @@ import numpy as np
 
 from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along, left_of_change
 from depthsim.gap.depth.fit.candidates import Candidate
-from depthsim.gap.depth.fit.changes import first_axes
+from depthsim.gap.depth.fit.changes import first_axes, holes_lie_apart
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
 from depthsim.gap.depth.fit.marks import makes_doubling, makes_steps
 from depthsim.gap.depth.fit.optimize import Model, loss, refine, start
@@ -40,6 +40,18 @@ class Search(Fitting):
     def left_along(self, model: Model) -> float | None:
         """What the newest part of a model leaves, see :func:`agreement.left_along`."""
         return left_along(self.validator, *self._newest(model))
+
+    def lies_apart(self, model: Model) -> bool:
+        """Whether the newest part of a model makes holes along the axis that it is known by, and where none of the
+        others do that are known by it, too."""
+        effect, before, after = self._newest(model)
+        less = model.less(len(model.parts) - 1)
+        alike = [
+            k for k, one in enumerate(less.effects) if one.kinds[0] == "missing" and one.axes[:1] == effect.axes[:1]
+        ]
+        return effect.kinds[0] == "missing" and all(
+            holes_lie_apart(self.validator, effect.axes[0], less.less(k).build(self.base), before, after) for k in alike
+        )
 
     def left_by_range(self, model: Model) -> float:
         """Share that a model leaves of how biases change along the range."""

@@ -23,8 +23,8 @@ def compare_rivals(
     """The model with the best of each cause's rivals, and the equals of each cause.
 
     What makes nothing of what it is known by, such as noise by motion that is the same all the time, takes no place.
-    An equal leaves hardly more than a cause does, or not surely, and at most twice as much, if what it leaves would be a
-    gap if it were alone.
+    An equal leaves hardly more than a cause does, or not surely, and at most twice as much, if that would be a gap if
+    it were alone.
 
     looked, before: the leaders of each step, and the gap before it.
     """

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.pose_errors import PoseErrors
-from depthsim.gap.depth.fit.agreement import is_uniform, left_of_change
+from depthsim.gap.depth.fit.agreement import is_uniform, left_along, left_of_change
 from depthsim.gap.depth.fit.marks import only_its_own
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import PLACES
@@ -94,6 +94,7 @@ def _as_left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selec
 def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
     """Without a little noise, everywhere or by materials, beside a bias: so looks what another formula's bias leaves.
 
+    But for one that leaves next to nothing of how spreads change along its own axis, as what a bias leaves does not.
     While causes are looked for it stays: what took its place would be further from the truth.
     """
     causes = selection.model.effects
@@ -104,10 +105,18 @@ def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
             everywhere
             and any(one.kinds[0] == "bias" for one in causes)
             and _closes(selecting, selection, number) < most
+            and not _is_whole(selecting, selection, number)
         ):
             why = "closes no more than what the formulas of the biases leave"
             selection = _less(selecting, selection, number, why)
     return selection
+
+
+def _is_whole(selecting: Validator, selection: Selection, number: int) -> bool:
+    """Whether one cause leaves next to nothing of how errors of its kind change along its own axes."""
+    model, base = selection.model, selecting.evidence.base
+    along = left_along(selecting, model.effects[number], model.less(number).build(base), model.build(base))
+    return along is not None and along <= selecting.evidence.config.agreement.near_floor
 
 
 def adding_nothing(validator: Validator, selecting: Validator, selection: Selection, given: Validator) -> Selection:
