@@ -33,7 +33,8 @@ class Setting:
     turn: [deg] by which registration finds the camera turned against its poses, about its x, y and z; late: [s] by
     which the stamps are found early. None where it does not know.
     border: columns on the left and right, rows at the top and bottom that are empty in every frame, see
-    :func:`~depthsim.gap.depth.data.border.find_border`; None where there are none.
+    :func:`~depthsim.gap.depth.data.border.find_border`; None where there are none. tiled: the side [px] of tiles that
+    have one value each, see :func:`~depthsim.gap.depth.data.tiles.find_tiles`.
     """
 
     SHARES = (0, 0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 0.985, 0.996, 1)
@@ -51,6 +52,7 @@ class Setting:
     turn: tuple[float, float, float] | None = None
     late: float | None = None
     border: tuple[int, int, int, int] | None = None
+    tiled: int | None = None
 
     def depths(self, *shares: float) -> list[float]:
         """The depths [m] than which these shares of the pixels are nearer."""

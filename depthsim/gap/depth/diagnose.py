@@ -9,6 +9,7 @@ what it costs    the figures that a robot's software sees, of the recording and 
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,7 @@ from depthsim.gap.depth.fit.marks import waves_beside
 from depthsim.gap.depth.fit.pattern import learn_pattern
 from depthsim.gap.depth.fit.poses import matter, no_poses, register_frames
 from depthsim.gap.depth.fit.select import Selection, select, select_more
+from depthsim.gap.depth.fit.tiles import select_tiled
 from depthsim.gap.depth.fit.unseen import in_words, unseen
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.depth.tasks.measure import tasks_of
@@ -41,6 +43,7 @@ from depthsim.runs.folder import Run
 from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.effects.align import AlignToColor
+from depthsim.sensor.effects.decimation import Decimation
 from depthsim.sensor.effects.fixed_pattern import FixedPattern
 from depthsim.sensor.effects.pose_noise import PoseNoise
 from depthsim.sensor.profile import Profile
@@ -275,12 +278,16 @@ def _which(
 ) -> Selection:
     """The effects that explain the gap, of the bank. without: those that are not in it; errors: of the poses."""
 
-    def in_own_geometry(aligned: Evidence) -> Selection:
-        less = (*without, AlignToColor.id)
-        return _which(_parts(aligned)[1], _bank(aligned, less, errors), less, errors, say)
+    def beside(known: str, resampled: Evidence) -> Selection:
+        less = (*without, known)
+        return _which(_parts(resampled)[1], _bank(resampled, less, errors), less, errors, say)
 
     evidence = validator.evidence
-    return select_aligned(evidence, validator, bank, in_own_geometry, say) or select(evidence, validator, bank, say)
+    return (
+        select_tiled(evidence, validator, bank, partial(beside, Decimation.id), say)
+        or select_aligned(evidence, validator, bank, partial(beside, AlignToColor.id), say)
+        or select(evidence, validator, bank, say)
+    )
 
 
 def _bank(evidence: Evidence, without: Sequence[str], errors: PoseErrors | None) -> list[Candidate]:

@@ -1,7 +1,7 @@
 """Fewer pixels: the driver's decimation."""
 
-from collections.abc import Callable
-from typing import ClassVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,7 @@ class Decimation(Effect):
     Holes do not count; of an even number the median is the lower one, and a mean is rounded down to whole units. The
     picture is smaller by the factor, both sides rounded up to a multiple of 4 with holes, and camera.yaml has its size
     and intrinsics as the driver has them: all four divided by the factor. Effects that follow work on the smaller one.
+    If it is ``upscaled`` it has the size that it had, of tiles with one value each.
     """
 
     id: ClassVar[str] = "decimation"
@@ -72,14 +73,23 @@ class Decimation(Effect):
         source="librealsense's default",
         starts=(2, 3, 4),
     )
+    upscaled: int = parameter(
+        0,
+        low=0,
+        high=1,
+        unit="1",
+        about="1: the picture is scaled back to its size, each pixel of it a tile; 0: it stays smaller",
+        source="librealsense, which leaves it smaller",
+        frozen=True,
+    )
 
     def stored(self, camera: Camera) -> Camera:
         """The smaller camera."""
-        return _resized(camera, self._smaller)
+        return camera if self.upscaled else _resized(camera, self._smaller)
 
     def imager(self, camera: Camera) -> Camera:
         """The camera with so many more pixels."""
-        k = self.factor
+        k = 1 if self.upscaled else self.factor
         return _resized(camera, lambda eye: _scaled(eye, eye.width * k, eye.height * k, k))
 
     def _smaller(self, camera: Camera) -> Camera:
@@ -88,15 +98,22 @@ class Decimation(Effect):
         return _scaled(camera, width, height, 1 / k)
 
     @classmethod
+    def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, Any]]:
+        """Upscaled where the recording has tiles."""
+        return [{"upscaled": int(setting.tiled is not None)}]
+
+    @classmethod
     def possible(cls, setting: Setting) -> bool:
-        """Only pictures of whole fours, of half the size of the largest that a D400 camera has, or less."""
-        if setting.size is None:
+        """Only pictures of tiles, or of whole fours and half the size of the largest that a D400 camera has, or less."""
+        if setting.size is None or setting.tiled is not None:
             return True
         return all(n % _MULTIPLE == 0 and 2 * n <= most for n, most in zip(setting.size, _LARGEST, strict=True))
 
     @classmethod
     def bounds_in(cls, setting: Setting) -> dict[str, tuple[float, float]]:
-        """No larger blocks than the largest picture has room for."""
+        """No larger blocks than the largest picture has room for; as large as the recording's tiles."""
+        if setting.tiled is not None:
+            return {"factor": (setting.tiled, setting.tiled)}
         if setting.size is None:
             return {}
         most = min(largest // size for size, largest in zip(setting.size, _LARGEST, strict=True))
@@ -104,10 +121,16 @@ class Decimation(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Put the smaller picture in the place of the frame's."""
-        camera, unit, depth = self.stored(frame.camera), np.float32(frame.camera.depth_scale), frame.depth
+        camera, unit = _resized(frame.camera, self._smaller), np.float32(frame.camera.depth_scale)
+        depth = frame.depth
         small = frame.empty(np.float32, camera.shape)
         split(_decimate, camera.height, frame.threads, self.factor, unit, depth, small)
-        frame.resize(small, camera, self._thinned(frame.geometry, camera))
+        if not self.upscaled:
+            frame.resize(small, camera, self._thinned(frame.geometry, camera))
+            return
+        down, across = (size // self.factor for size in depth.shape)
+        tiles = depth[: down * self.factor, : across * self.factor].reshape(down, self.factor, across, self.factor)
+        tiles[:] = small[:down, None, :across, None]
 
     def _thinned(self, geometry: Geometry, camera: Camera) -> Geometry:
         """One pixel of each block, for effects that ask where a depth comes from."""

@@ -35,6 +35,15 @@ def _add_bias(start, stop, amplitude, phase, disparity):
 
 
 @kernel
+def _add_harmonics(start, stop, amplitude, second, third, phase, disparity):
+    d = disparity[start:stop]
+    for i in range(d.size):
+        turns = d[i] - phase
+        sines = _sine(turns) + second * _sine(_f(2) * turns) + third * _sine(_f(3) * turns)
+        d[i] = max(d[i] - amplitude * sines, _f(0)) if d[i] > _f(0) else _f(0)
+
+
+@kernel
 def _round_to_steps(start, stop, step, per_step, before, after, disparity):
     d = disparity[start:stop]
     for i in range(d.size):
@@ -43,18 +52,22 @@ def _round_to_steps(start, stop, step, per_step, before, after, disparity):
 
 
 class SubpixelBias(Effect):
-    """d - amplitude · sin(2π·(d - phase)): sub-pixel interpolation draws disparities to ``phase`` + whole pixels."""
+    """d - amplitude · sin(2π·(d - phase)): sub-pixel interpolation draws disparities to ``phase`` + whole pixels.
+
+    Parabolas have harmonics, too: amplitude · (second · sin(4π·(d - phase)) + third · sin(6π·(d - phase))).
+    """
 
     id: ClassVar[str] = "subpixel_bias"
     stage: ClassVar[Stage] = Stage.DISPARITY
     rank: ClassVar[int] = 2
     source: ClassVar[str] = (
         "A. Grunnet-Jepsen et al., Intel white paper 'Subpixel Linearity Improvement for Intel RealSense Depth Camera "
-        "D400 Series'; one sine in place of its measured curves"
+        "D400 Series'; three sines in place of its measured curves"
     )
     axes = ("disparity_phase", "range")
     kinds = ("bias", "spread")
     recording = "a wall that is left slowly, so that the disparity passes through many whole pixels"
+    forms = ({"second": 0.0, "third": 0.0}, {})
 
     amplitude: float = parameter(
         0.01,
@@ -75,10 +88,39 @@ class SubpixelBias(Effect):
         source="assumed: whole pixels; an offset of the disparity moves it",
         starts=(-0.25, 0, 0.25, 0.5),
     )
+    second: float = parameter(
+        0.0,
+        low=-1,
+        high=1,
+        unit="share",
+        neutral=0,
+        about="of the amplitude, at twice the frequency",
+        source="none by default; -0.13 for a parabola through sums of absolute differences",
+        starts=(0.0,),
+    )
+    third: float = parameter(
+        0.0,
+        low=-1,
+        high=1,
+        unit="share",
+        neutral=0,
+        about="the same at three times the frequency",
+        source="none by default; 0.06 for the same",
+        starts=(0.0,),
+    )
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether there is no bias."""
+        return self.amplitude == 0
 
     def apply(self, frame: Frame) -> None:
         """Bias every disparity."""
-        frame.run(_add_bias, _f(self.amplitude), _f(self.phase), frame.disparity.reshape(-1))
+        amplitude, phase, disparity = _f(self.amplitude), _f(self.phase), frame.disparity.reshape(-1)
+        if self.second or self.third:
+            frame.run(_add_harmonics, amplitude, _f(self.second), _f(self.third), phase, disparity)
+        else:
+            frame.run(_add_bias, amplitude, phase, disparity)
 
 
 class DisparityQuantization(Effect):

@@ -34,6 +34,7 @@ from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.regions import region_name, split_scene
 from depthsim.gap.depth.data.simulate import FITTING, SPREAD, Replay
+from depthsim.gap.depth.data.tiles import find_tiles
 from depthsim.materials import Materials
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster, Geometry
@@ -208,7 +209,18 @@ class Evidence:
     @property
     def shows_doubling(self) -> bool:
         """Whether doubled rows would be seen: the pictures are whole, and do not say that they are resampled."""
-        return not self.camera.aligned and self.rows == self.camera.height and min(self.camera.shape) > SMALLEST
+        return not self.camera.aligned and self._are_whole and min(self.camera.shape) > SMALLEST and self.tiled is None
+
+    @property
+    def _are_whole(self) -> bool:
+        return self.rows == self.camera.height
+
+    @cached_property
+    def tiled(self) -> int | None:
+        """The side [px] of tiles that have one value each, if the pictures have them and the sensor makes none."""
+        if not self._are_whole or any(effect.resizes() for effect in acting(self.base)):
+            return None
+        return find_tiles(self.recorded(int(self.blocks[b][0])) for b in self.train[:: max(1, len(self.train) // 4)])
 
     @cached_property
     def doubled(self) -> tuple[float, float] | None:

@@ -33,7 +33,7 @@ def setting_of(
         tags, quantiles, span, evidence.materials, evidence.cuts.own_steps, learned or {},
         size=(left.width, left.height), doubled=doubled, undoubled=doubled is None and evidence.shows_doubling,
         zoom=camera.color.fy / left.fy if camera.color is not None else None, turn=off[0], late=off[1],
-        border=evidence.border,
+        border=evidence.border, tiled=evidence.tiled,
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from depthsim.gap.depth.data.doubling import line_of
 from depthsim.gap.depth.data.lines import holes_in_lines
 from depthsim.gap.depth.data.locked import locked_share
 from depthsim.gap.depth.data.quantization import find_steps
+from depthsim.gap.depth.data.tiles import find_tiles
 from depthsim.gap.depth.data.waves import strongest_wave
 from depthsim.gap.depth.fit import neighbours
 from depthsim.gap.depth.fit.changes import Effects, phases_apart
@@ -19,8 +20,9 @@ from depthsim.sensor.effect import Effect
 
 
 def only_its_own(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
-    """Whether ``effect`` makes steps or doubled rows that the recording has, as no other error does."""
-    return makes_steps(validator, effect, before, after) or makes_doubling(validator, effect, before, after)
+    """Whether ``effect`` makes steps, doubled rows or tiles that the recording has, as no other error does."""
+    made = (makes_steps, makes_doubling, makes_tiles)
+    return any(makes(validator, effect, before, after) for makes in made)
 
 
 def makes_steps(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
@@ -46,6 +48,14 @@ def makes_doubling(validator: Validator, effect: type[Effect], before: Effects, 
     least = validator.evidence.config.agreement.left_along * validator.once(_line_recorded)
     without, with_it = (validator.once(_line_simulated, effects) for effects in (before, after))
     return without < least <= with_it
+
+
+def makes_tiles(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether ``effect`` makes the recording's tiles: pictures of ``after`` have them, of ``before`` none."""
+    tiled = validator.evidence.tiled
+    if tiled is None or not effect.resizes() or effect.moves_camera:
+        return False
+    return tiled == validator.once(_tiles, after) != validator.once(_tiles, before)
 
 
 def unseen_step(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
@@ -146,6 +156,11 @@ def _step(validator: Validator, effects: Effects) -> float | None:
     )
     found = find_steps(evidence.camera, shown, evidence.config.data)
     return found[0] if found else None
+
+
+def _tiles(validator: Validator, effects: Effects) -> int | None:
+    """The side of the tiles that a sensor shows [px]."""
+    return find_tiles(validator.evidence.pictures(effects, b, Seed("tiles"))[0] for b in validator.few)
 
 
 def _lines_recorded(validator: Validator) -> float:
