@@ -12,6 +12,7 @@ from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_HOLE
 from depthsim.gap.depth.fit import beneath
 from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.changes import holes_lie_apart
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 
@@ -50,6 +51,23 @@ def test_a_level_beneath_holes_that_grow_is_seen(level: float, start: float, bas
     # Holes that only grow have no level, wherever the fit begins; and none is left once the level is fitted.
     assert not said(base + grows, base, ramp(0.8, level / 3))
     assert not said(base + level + grows, base + level, grows)
+
+
+@given(st.floats(1.2, 2.0), st.floats(3.0, 3.7), st.floats(0.1, 1))
+def test_the_nearest_and_the_farthest_lie_apart(near: float, far: float, share: float) -> None:
+    """Holes of a least range and of a largest one are no two shapes of one; those of two largest ones are."""
+    nearest, farthest = np.where(near > RANGE, share, 0.0), np.where(far < RANGE, 0.5, 0.0)
+    shares = {"before": np.full(CELLS, 0.0), "near": nearest, "both": nearest + farthest}
+    shares |= {"far": farthest, "farther": np.where((far + 4) / 2 < RANGE, 0.9, farthest)}
+    evidence = SimpleNamespace(
+        config=DepthConfig(), axes=[SimpleNamespace(name="range", kind=ERROR)],
+        cells=lambda axis, of: of.reshape(*of.shape[:-1], CELLS, -1),
+    )  # fmt: skip
+    runs = lambda effects, count: [counts(shares[effects])]  # noqa: E731
+    validator = cast("Any", SimpleNamespace(evidence=evidence, real=counts(shares["both"]), runs=runs))
+    apart = lambda *effects: holes_lie_apart(validator, "range", *(cast("Any", one) for one in effects))  # noqa: E731
+    assert apart("before", "near", "both")
+    assert not apart("before", "far", "farther")
 
 
 @given(st.floats(0.8, 4), st.floats(0.05, 0.3))

@@ -167,13 +167,21 @@ def test_where_the_frames_do_not_agree_nothing_is_named(
 
 
 @pytest.mark.parametrize(
-    ("beside", "closes", "stays"),
-    [("lens_distortion", 0.05, False), ("lens_distortion", 0.2, True), ("temporal_correlation", 0.05, True)],
+    ("beside", "closes", "along", "stays"),
+    [
+        ("lens_distortion", 0.05, None, False),
+        ("lens_distortion", 0.05, 0.3, False),
+        ("lens_distortion", 0.05, 0.02, True),
+        ("lens_distortion", 0.2, None, True),
+        ("temporal_correlation", 0.05, None, True),
+    ],
 )
 @pytest.mark.parametrize("noise", ["disparity_noise", "material_noise"])
 def test_a_little_noise_everywhere_beside_a_bias_is_what_its_formula_leaves(
-    monkeypatch: pytest.MonkeyPatch, noise: str, beside: str, closes: float, stays: bool
+    monkeypatch: pytest.MonkeyPatch, noise: str, beside: str, closes: float, along: float | None, stays: bool
 ) -> None:
+    """But one that leaves next to nothing of how spreads change along its own axes is there."""
+    monkeypatch.setattr(withdraw, "left_along", lambda *_: along)
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
     left = {noise: closes, "incidence_noise": 0.01, beside: 0.5}
     selecting = SimpleNamespace(

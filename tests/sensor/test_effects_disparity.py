@@ -92,6 +92,23 @@ def test_the_bias_is_periodic_in_the_fraction(amplitude: float, phase: float) ->
     assert np.abs(measured - true + amplitude * np.sin(2 * np.pi * (true - phase))).max() < 2e-5
 
 
+@pytest.mark.parametrize(("second", "third"), [(-0.13, 0.06), (0.0, 0.17), (0.34, 0.0)])
+def test_the_bias_has_harmonics(second: float, third: float) -> None:
+    true, measured = disparities(SubpixelBias(amplitude=0.05, phase=0.1, second=second, third=third))
+    turns = 2 * np.pi * (true - 0.1)
+    bias = 0.05 * (np.sin(turns) + second * np.sin(2 * turns) + third * np.sin(3 * turns))
+    assert np.abs(measured - true + bias).max() < 2e-5
+
+
+def test_a_parabola_through_absolute_differences_is_three_sines() -> None:
+    """It finds p / (2(1 - |p|)) for p; one sine alone is off by an eighth of the largest bias."""
+    p = np.linspace(-0.5, 0.5, 1001)
+    off = np.sign(p) * np.abs(p) / (2 * (1 - np.abs(p))) - p
+    x = 2 * np.pi * p
+    sines = np.sin(x) - 0.1275 * np.sin(2 * x) + 0.0556 * np.sin(3 * x)
+    assert np.abs(off + 0.08736 * sines).max() < 0.05 * np.abs(off).max()
+
+
 def test_the_bias_draws_disparities_to_its_phase() -> None:
     _, measured = disparities(SubpixelBias(amplitude=0.1, phase=0.2))
     near = np.abs((measured - 0.2 + 0.5) % 1 - 0.5)

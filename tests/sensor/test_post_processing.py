@@ -14,6 +14,7 @@ from scipy import ndimage
 from shapes import MATERIALS, as_scene, box, camera, wall
 
 from depthsim.camera import Camera
+from depthsim.gap.depth.data.tiles import find_tiles
 from depthsim.gap.depth.fit.candidates import candidates
 from depthsim.presets import preset
 from depthsim.raycast import Caster
@@ -143,6 +144,22 @@ def test_decimation(factor: int) -> None:
     np.testing.assert_array_equal(filtered(Decimation(factor=factor)), decimated(frames(), factor))
 
 
+@pytest.mark.parametrize("factor", [2, 3, 4])
+def test_a_decimated_picture_is_scaled_back_to_its_size(factor: int) -> None:
+    """Tiles of the mean of their depths, or of the median, each by NumPy's own."""
+    found, given = filtered(Decimation(factor=factor, upscaled=1)), frames()
+    assert found.shape == given.shape
+    down, across = (size // factor for size in given.shape[1:])
+    whole = (slice(None), slice(down * factor), slice(across * factor))
+    tiles = given[whole].reshape(-1, down, factor, across, factor).swapaxes(2, 3).reshape(-1, down, across, factor**2)
+    depths = np.ma.masked_equal(tiles, 0)
+    middle = np.ma.median(depths, axis=3) if factor < 4 else depths.mean(axis=3)
+    wanted = np.floor(middle.filled(0) + 0.5).repeat(factor, axis=1).repeat(factor, axis=2)
+    assert np.abs(found[whole] - wanted).max() <= (1 if factor == 2 else 0)  # halves, in float32
+    np.testing.assert_array_equal(found[:, down * factor :], given[:, down * factor :])
+    assert find_tiles(found) == factor and find_tiles(given) is None
+
+
 def test_threshold() -> None:
     wanted = np.where((frames() >= 1200) & (frames() <= 2500), frames(), 0)
     effect = ThresholdFilter(nearest=1200 / 1024, farthest=2500 / 1024)
@@ -170,6 +187,17 @@ def test_temporal(persistence: int) -> None:
     np.testing.assert_array_equal(found[:whole], wanted[:whole])
     off = np.abs(to_disparity(found[whole:]) - to_disparity(wanted[whole:]))
     assert whole > 14 or 0 < np.percentile(off, 99) < 0.6  # steps of 1/32 px, where the noise is 3
+
+
+@pytest.mark.parametrize("persistence", [0, 3])
+def test_temporal_on_depth(persistence: int) -> None:
+    """Without the transform to disparity, as librealsense's filter is used as well: steps are those of depth."""
+    unit = np.float32(CAMERA.depth_scale)
+    wanted = averaged(frames().astype(np.float32) * unit, 0.4, 0.05, persistence)
+    found = filtered(TemporalFilter(alpha=0.4, depth_delta=0.05, persistence=persistence))
+    whole = TemporalFilter(alpha=0.4).looks_back + 1
+    assert np.abs(found[:whole] - wanted[:whole] / unit).max() < 1
+    assert (found[:whole] != filtered(TemporalFilter(alpha=0.4, persistence=persistence))[:whole]).mean() > 0.01
 
 
 @pytest.mark.parametrize("mode", [0, 1, 2])
@@ -431,6 +459,13 @@ def test_a_recording_that_no_decimation_leaves_is_not_tried_with_it(size: tuple[
     found = {candidate.effect for candidate in candidates([], setting)}
     assert ("decimation" in found) is may and {"temporal_filter", "hole_filling"} <= found
     assert "threshold_filter" not in found
+
+
+def test_tiles_tell_the_factor_of_a_decimation() -> None:
+    setting = Setting(("cement",), np.ones(12), 1.0, MATERIALS, size=(639, 480), tiled=3)
+    (shown,) = [c for c in candidates((), setting) if c.effect == "decimation"]
+    assert shown.starts == ((3,),) and shown.fixed["upscaled"] == 1
+    assert [(free.low, free.high) for free in shown.free] == [(3, 3)]
 
 
 @pytest.mark.parametrize(("size", "most"), [((320, 180), 4), ((424, 240), 3), ((640, 360), 2), (None, 8)])

@@ -21,8 +21,11 @@ _LARGEST = 1280, 800
 
 
 @kernel
-def _decimate(start, stop, factor, unit, given, wanted):
-    """Rows ``start`` to ``stop`` of ``wanted``, which is larger than the blocks of ``given`` by its margin."""
+def _decimate(start, stop, factor, unit, nearest, given, wanted):
+    """Rows ``start`` to ``stop`` of ``wanted``, which is larger than the blocks of ``given`` by its margin.
+
+    nearest: whether means are rounded to the nearest unit, and a median is the mean of the two in the middle.
+    """
     across, down = given.shape[1] // factor, given.shape[0] // factor
     found = np.empty(factor * factor, np.float32)
     for v in range(start, stop):
@@ -41,9 +44,10 @@ def _decimate(start, stop, factor, unit, given, wanted):
                         found[at] = z
                         count += 1
             if count and factor > _LARGEST_MEDIAN:
-                wanted[v, u] = np.float32(total // count) * unit
+                wanted[v, u] = np.float32((total + (count // 2 if nearest else 0)) // count) * unit
             elif count:
-                wanted[v, u] = found[(count - 1) // 2]
+                upper = count // 2 if nearest else (count - 1) // 2
+                wanted[v, u] = np.float32(0.5) * (found[(count - 1) // 2] + found[upper])
 
 
 class Decimation(Effect):
@@ -52,7 +56,8 @@ class Decimation(Effect):
     Holes do not count; of an even number the median is the lower one, and a mean is rounded down to whole units. The
     picture is smaller by the factor, both sides rounded up to a multiple of 4 with holes, and camera.yaml has its size
     and intrinsics as the driver has them: all four divided by the factor. Effects that follow work on the smaller one.
-    If it is ``upscaled`` it has the size that it had, of tiles with one value each.
+    If it is ``upscaled``, as by other software, it has the size that it had, of tiles with one value each, means are
+    rounded to the nearest unit, and the median of an even number is the mean of the two in the middle.
     """
 
     id: ClassVar[str] = "decimation"
@@ -104,7 +109,7 @@ class Decimation(Effect):
 
     @classmethod
     def possible(cls, setting: Setting) -> bool:
-        """Only pictures of tiles, or of whole fours and half the size of the largest that a D400 camera has, or less."""
+        """Only pictures of tiles, or of whole fours and half the size of the largest of a D400 camera, or less."""
         if setting.size is None or setting.tiled is not None:
             return True
         return all(n % _MULTIPLE == 0 and 2 * n <= most for n, most in zip(setting.size, _LARGEST, strict=True))
@@ -124,7 +129,7 @@ class Decimation(Effect):
         camera, unit = _resized(frame.camera, self._smaller), np.float32(frame.camera.depth_scale)
         depth = frame.depth
         small = frame.empty(np.float32, camera.shape)
-        split(_decimate, camera.height, frame.threads, self.factor, unit, depth, small)
+        split(_decimate, camera.height, frame.threads, self.factor, unit, bool(self.upscaled), depth, small)
         if not self.upscaled:
             frame.resize(small, camera, self._thinned(frame.geometry, camera))
             return

@@ -20,9 +20,9 @@ _SEEN = ((9, 8), (8, 8), (2, 3), (2, 4), (2, 8), (1, 2), (1, 5), (1, 8), (0, 8))
 
 
 @kernel
-def _follow(start, stop, alpha, delta, least, recent, disparity, state, seen):
-    """One frame. state: the filtered disparity so far. seen: of the last 8 frames which had one, bit 7 the last."""
-    d, s, history = disparity[start:stop], state[start:stop], seen[start:stop]
+def _follow(start, stop, alpha, delta, least, recent, picture, state, seen):
+    """One frame. state: the filtered picture so far. seen: of the last 8 frames which had one, bit 7 the last."""
+    d, s, history = picture[start:stop], state[start:stop], seen[start:stop]
     keep = _f(1) - alpha
     for i in range(d.size):
         here, before, bits = d[i], s[i], np.int32(history[i])
@@ -62,7 +62,11 @@ class TemporalFilter(Effect):
     kinds = ("correlation", "spread", "missing")
     recording = "a camera that stands still and one that moves, with the camera's filters off and on"
     seen_on = ("disparity_noise",)
-    forms = ({"persistence": 3}, {"persistence": 0})
+    forms = (
+        {"persistence": 3, "depth_delta": 0.0},
+        {"persistence": 0, "depth_delta": 0.0},
+        {"persistence": 0, "delta": 20 / 32},
+    )
 
     alpha: float = parameter(
         0.4,
@@ -82,6 +86,16 @@ class TemporalFilter(Effect):
         about="step of the disparity that is no noise",
         source="librealsense's default, 20 steps of 1/32 px",
         starts=(20 / 32, 4),
+        scale="log",
+    )
+    depth_delta: float = parameter(
+        0.0,
+        low=0,
+        high=2,
+        unit="m",
+        about="above 0, depth is filtered in place of disparity, and this is the step that is no noise",
+        source="librealsense without its disparity transform, whose delta is in units of depth then",
+        starts=(0.1,),
         scale="log",
     )
     persistence: int = parameter(
@@ -113,6 +127,8 @@ class TemporalFilter(Effect):
         state, seen = frame.empty(), frame.empty(np.uint8)
         state.fill(0)
         seen.fill(0)
+        delta = _f(self.depth_delta or self.delta)
         for one in chain(frame.earlier(self.looks_back), [frame]):
-            arrays = one.disparity.reshape(-1), state.reshape(-1), seen.reshape(-1)
-            one.run(_follow, _f(self.alpha), _f(self.delta), least, recent, *arrays)
+            picture = one.depth if self.depth_delta else one.disparity
+            arrays = picture.reshape(-1), state.reshape(-1), seen.reshape(-1)
+            one.run(_follow, _f(self.alpha), delta, least, recent, *arrays)
