@@ -5,7 +5,7 @@ fits to a real one. Its class says all that is to be known of it; nothing else h
 the classes in ``depthsim/sensor/effects/`` and those in the files that ``DEPTHSIM_EFFECTS`` names.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from enum import IntEnum
 from functools import cache
 from typing import Any, ClassVar, Literal, get_args
@@ -116,6 +116,11 @@ class Effect(BaseModel):
     def resizes(cls) -> bool:
         """Whether its pictures are those of another camera than the one before it."""
         return cls.stored is not Effect.stored
+
+    @classmethod
+    def thawed_in(cls, setting: Setting) -> Collection[str]:
+        """Of its frozen parameters those that this recording shows, so that fits vary them all the same."""
+        return ()
 
     @classmethod
     def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, Any]]:

@@ -34,7 +34,8 @@ class Setting:
     which the stamps are found early. None where it does not know.
     border: columns on the left and right, rows at the top and bottom that are empty in every frame, see
     :func:`~depthsim.gap.depth.data.border.find_border`; None where there are none. tiled: the side [px] of tiles that
-    have one value each, see :func:`~depthsim.gap.depth.data.tiles.find_tiles`.
+    have one value each, see :func:`~depthsim.gap.depth.data.tiles.find_tiles`. aligned: whether the pictures say that
+    they are aligned to colour.
     """
 
     SHARES = (0, 0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 0.985, 0.996, 1)
@@ -53,6 +54,7 @@ class Setting:
     late: float | None = None
     border: tuple[int, int, int, int] | None = None
     tiled: int | None = None
+    aligned: bool = False
 
     def depths(self, *shares: float) -> list[float]:
         """The depths [m] than which these shares of the pixels are nearer."""

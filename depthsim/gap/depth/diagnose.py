@@ -151,7 +151,7 @@ def investigate(
 def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) -> Findings:
     """What is found of a recording and the simulator's profile."""
     config = given.config
-    if given.camera.aligned:  # as its simulations are, too
+    if given.camera.aligned and any(isinstance(effect, AlignToColor) for effect in given.base):
         without = (*without, AlignToColor.id)
     if given.rows < given.camera.height:  # bands of rows are not resampled, and many frames before each cost as much
         bound = {name for name in effect_ids() if effect_class(name).resizes() or effect_class(name)().looks_back}

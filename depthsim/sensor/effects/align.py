@@ -1,6 +1,6 @@
 """Depth in the colour camera's pictures, as most recordings have it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 from typing import ClassVar
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthsim.camera import Camera, undistort
 from depthsim.kernels import inlined, kernel
 from depthsim.raycast import Geometry
-from depthsim.sensor.effect import Effect, Setting, Stage, parameter
+from depthsim.sensor.effect import Effect, Setting, Stage, parameter, parameters_of
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.view import View
 
@@ -157,17 +157,24 @@ class AlignToColor(Effect):
     )  # fmt: skip
     overlap: float = parameter(
         1.0, low=0, high=1, unit="px", about="how much farther than to their middles a pixel covers those of a picture",
-        source="librealsense, where it covers what it touches", frozen=True,
+        source="librealsense, where it covers what it touches", frozen=True, starts=(0.0,), scale="linear", step=0.25,
     )  # fmt: skip
 
     @classmethod
     def possible(cls, setting: Setting) -> bool:
-        """Not where rows would be doubled, and none are."""
-        return not setting.undoubled or setting.zoom is None or setting.zoom < _FINEST_UNSEEN
+        """Not where rows would be doubled, and none are; of what says that it is aligned it is the way in which."""
+        return setting.aligned or not setting.undoubled or setting.zoom is None or setting.zoom < _FINEST_UNSEEN
+
+    @classmethod
+    def thawed_in(cls, setting: Setting) -> Collection[str]:
+        """How far pixels overlap, where it is known where the colour camera is."""
+        return ("overlap",) if setting.aligned else ()
 
     @classmethod
     def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, float]]:
         """With the roll that the lines of doubled rows show, where there are any."""
+        if setting.aligned:
+            return [{name: one.default for name, one in parameters_of(cls).items() if name != "overlap"}]
         if setting.doubled is None:  # without overlap and doubled rows it smooths, which other effects do
             return cls.forms[:1]
         return [{"roll": round(setting.doubled[1], 3), **form} for form in cls.forms]

@@ -33,7 +33,7 @@ def setting_of(
         tags, quantiles, span, evidence.materials, evidence.cuts.own_steps, learned or {},
         size=(left.width, left.height), doubled=doubled, undoubled=doubled is None and evidence.shows_doubling,
         zoom=camera.color.fy / left.fy if camera.color is not None else None, turn=off[0], late=off[1],
-        border=evidence.border, tiled=evidence.tiled,
+        border=evidence.border, tiled=evidence.tiled, aligned=camera.aligned,
     )  # fmt: skip
 
 
@@ -193,7 +193,7 @@ def _of_material(key: tuple[str, str], given: Mapping[str, float], setting: Sett
 def _free(kind: type[Effect], setting: Setting, config: DepthFit) -> tuple[Free, ...]:
     found: list[Free] = []
     for one in parameters_of(kind).values():
-        if one.frozen:
+        if one.frozen and one.name not in kind.thawed_in(setting):
             continue
         if one.by_material:
             high = one.high if one.likely is None else one.likely
