@@ -26,7 +26,7 @@ from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.finer import with_fine_pattern
 from depthsim.gap.depth.fit.marks import waves_beside
 from depthsim.gap.depth.fit.pattern import learn_pattern
-from depthsim.gap.depth.fit.poses import matter, no_poses, register_frames
+from depthsim.gap.depth.fit.poses import is_for_what_lags, matter, no_poses, register_frames
 from depthsim.gap.depth.fit.select import Selection, select, select_more
 from depthsim.gap.depth.fit.tiles import select_tiled
 from depthsim.gap.depth.fit.unseen import in_words, unseen
@@ -174,7 +174,8 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
         errors, poses = register_frames(given)
         if poses is not None:
             registered = _parts(poses.evidence)
-            if not poses.bring_nearer(recorded, registered[0]):
+            lags = partial(is_for_what_lags, given, selecting.blocks, without, say)
+            if not poses.bring_nearer(recorded, registered[0]) or lags():
                 poses = None
             else:
                 given.forget(given.test)

@@ -43,7 +43,7 @@ class HeavyTails(Effect):
     axes = ("residual_tail",)
     kinds = ("tail", "spread")
     recording = "a flat wall away from any depth edge"
-    forms = ({"spread": 0.0}, {})
+    forms = ({"spread": 0.0}, {"search": 126.0})
     shown: ClassVar = {"share": 0.02}
 
     share: float = parameter(
@@ -63,7 +63,7 @@ class HeavyTails(Effect):
         unit="px",
         about="largest disparity that the matcher looks for",
         source="126 px: the nearest range of a D435 at 848x480 is f·b / 126 px",
-        frozen=True,
+        starts=(126, 25),
     )
 
     spread: float = parameter(

@@ -11,9 +11,11 @@ from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.data.registration import Registration, register
 from depthsim.gap.depth.fit.agreement import leaves_biases
+from depthsim.gap.depth.fit.candidates import candidates, setting_of
+from depthsim.gap.depth.fit.fitting import Fitting, Say
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator, closed_error
-from depthsim.sensor.effect import Effect
+from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.effects.pose_noise import PoseNoise
 
 _LATE = (
@@ -108,6 +110,18 @@ def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
     if errors.is_unknown or others or (errors.is_none and (held is None or held.is_neutral)):
         return errors, None
     return errors, Poses(found, held, _registered(given, found))
+
+
+def is_for_what_lags(given: Evidence, blocks: Sequence[int], without: Sequence[str], say: Say) -> bool:
+    """Whether an effect that looks back closes nearly all of the gap of frames as they are: before a camera that moves,
+    what lags behind is like poses that are off. blocks: those that it is asked on."""
+    names = [n for n in effect_ids() if n not in without and effect_class(n)().looks_back]
+    bank = [c for c in candidates(given.base, setting_of(given), without, given.config.fit) if c.effect in names]
+    if not bank:
+        return False
+    fitting, least = Fitting(given, Validator(given, blocks), bank, given.base, say), given.config.agreement.nearly_all
+    fitted = (fitting.validated(fitting.fit(fitting.begin(one, given.base), 2)) for one in bank)
+    return any(fitting.before - trial.gap >= least * fitting.whole for trial in fitted)
 
 
 def _registered(given: Evidence, found: Registration, constant: bool = False) -> Evidence:
