@@ -21,6 +21,7 @@ from depthsim.gap.depth.report.write import write_report
 from depthsim.gap.report import words
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
+from depthsim.runs.png import encode_png
 from depthsim.scene import Scene
 from depthsim.scenefile import load_scene
 from depthsim.sensor import Profile, effect_class, load_profile
@@ -116,6 +117,21 @@ def test_errors_of_the_sensor_keep_their_names(effect: str, keys: Any, scene: Sc
     rivals = tuple(BANK - {effect, "pose_noise", "disparity_noise"})
     found = found_in(run, scene, *rivals)
     assert [cause.effect for cause in found.causes] == [effect]
+
+
+@pytest.mark.parametrize("lags", [True, False])
+def test_what_lags_behind_is_no_error_of_the_poses(lags: bool, scene: Scene, shaken: Run, tmp_path: Path) -> None:
+    """A mean of the depth over the frames before, written into the pictures that the run has."""
+    run = record(scene, tmp_path / "run") if lags else shaken
+    state = run.depth_raw(0).astype(float)
+    for index, file in enumerate(run.files if lags else ()):
+        now = run.depth_raw(index).astype(float)
+        same = (now > 0) & (state > 0) & (np.abs(now - state) < 150)
+        state = np.where(same, 0.35 * now + 0.65 * state, now)
+        file.write_bytes(encode_png(np.round(state).astype(np.uint16)))
+    evidence, _ = load_evidence(Run.open(run.path) if lags else run, scene, BASE)
+    without = [name for name in effect_ids() if name != "temporal_filter"]
+    assert poses.is_for_what_lags(evidence, evidence.held_out, without, lambda _: None) == lags
 
 
 def test_a_mount_that_is_turned_beside_poses_that_are_off(scene: Scene, tmp_path: Path) -> None:
