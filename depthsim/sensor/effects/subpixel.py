@@ -93,7 +93,6 @@ class SubpixelBias(Effect):
         low=-1,
         high=1,
         unit="share",
-        neutral=0,
         about="of the amplitude, at twice the frequency",
         source="none by default; -0.13 for a parabola through sums of absolute differences",
         starts=(0.0,),
@@ -103,16 +102,10 @@ class SubpixelBias(Effect):
         low=-1,
         high=1,
         unit="share",
-        neutral=0,
         about="the same at three times the frequency",
         source="none by default; 0.06 for the same",
         starts=(0.0,),
     )
-
-    @property
-    def is_neutral(self) -> bool:
-        """Whether there is no bias."""
-        return self.amplitude == 0
 
     def apply(self, frame: Frame) -> None:
         """Bias every disparity."""
