@@ -86,8 +86,12 @@ class Fitting:
         self._fitted[_key(model)] = fitted, rounds, polished
         return fitted
 
+    def fit_roughly(self, model: Model, rounds: int) -> Model:
+        """The model after some rounds on a few of the frames for fitting; its loss is of those."""
+        return refine(model, *self._on(self._few), self.config.fit, rounds)
+
     def _fit(self, model: Model, rounds: int, polished_below: float) -> tuple[Model, bool]:
-        arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
+        arguments = self._on(self.evidence.train)
         model = refine(model, *arguments, self.config.fit, rounds)
         polished = model.loss < polished_below
         if polished and len(model.x) <= 6:
@@ -96,15 +100,19 @@ class Fitting:
 
     def refined(self, model: Model) -> Model:
         """The model with parameters as fine as the frames for fitting determine them."""
-        arguments = self.base, self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
+        arguments = self._on(self.evidence.train)
         fit = self.config.fit
         fine = fit.model_copy(update={"least_gain": fit.refined_gain})
         return refine(best_neighbour(model, *arguments), *arguments, fine, fit.refined_rounds, both_sides=True)
 
-    def begin(self, candidate: Candidate, base: Sequence[Effect]) -> Model:
-        """The best of the places where a candidate begins, on the frames for fitting."""
-        roots = self._roots(self.evidence.train)
-        return start(candidate, base, roots(tuple(base)), self._targets[len(self.evidence.train)], roots)[0]
+    def begin(self, candidate: Candidate, base: Sequence[Effect], *, roughly: bool = False) -> Model:
+        """The best of the places where a candidate begins, on the frames for fitting. roughly: on a few of them."""
+        _, target, roots = self._on(self._few if roughly else self.evidence.train)
+        return start(candidate, base, roots(tuple(base)), target, roots)[0]
+
+    def _on(self, blocks: Sequence[int]) -> tuple[Sequence[Effect], Floats, Roots]:
+        """What fits are given: the simulator, what the recording shows on some blocks, and what a sensor shows there."""
+        return self.base, self._targets[len(blocks)], self._roots(blocks)
 
     def _sum(self, counts: Counts) -> Floats:
         return self.validator.ruler.roots(counts.sum(axis=0))

@@ -99,11 +99,11 @@ class Search(Fitting):
         begun: list[Model] = []
         for model in [*screened, *self._passed_over(screened, so_far, earlier, trusted)]:
             self.say(f"fitting {model.parts[-1].effect}")
-            whole = self.fit(so_far.plus(model) if so_far else model, 2, polished_below=0)
+            whole = self.fit_roughly(so_far.plus(model) if so_far else model, 2)
             for begin in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
-                whole = min(whole, self._fit(begin, 3, polished_below=0)[0], key=lambda fitted: fitted.loss)
+                whole = min(whole, self.fit_roughly(begin, 3), key=lambda fitted: fitted.loss)
             begun.append(whole)
-        target, roots = self._targets[len(self.evidence.train)], self._roots(self.evidence.train)
+        _, target, roots = self._on(self._few)
         without = loss(target, roots(tuple(before)))
         least = min((whole.loss for whole in begun), default=np.inf)
         found = [self.validated(self._further(whole, least, without)) for whole in begun]
@@ -127,12 +127,12 @@ class Search(Fitting):
     def _further(self, model: Model, least: float, without: float) -> Model:
         """One of the leaders, fitted in full if it may win; what the others close is reported as it is.
 
-        least: the loss of the best of them, without: that of what is there already.
+        least: the loss of the best of them, without: that of what is there already, each on a few frames.
         """
         config = self.config.fit
         if model.loss > without or model.loss >= config.far_behind * least:
             return model
-        return self.fit(model, 4, config.behind * least)
+        return self.fit(model, 4, np.inf if model.loss < config.behind * least else 0)
 
     def is_gone(self, trial: Trial) -> bool:
         """Whether an effect that the simulator has is fitted to be none, or next to none."""
@@ -151,10 +151,11 @@ class Search(Fitting):
         if not self.is_flexible(newest) and not first & set(effect_class(newest.effect).axes[:1]):
             return None
         alike = [c for c in self.bank if c.effect == newest.effect and c.replaces == newest.replaces and c != newest]
-        begun = [self.begin(candidate, base) for candidate in alike]
-        trials = [self.validated(self.fit(so_far.plus(one) if so_far else one, 4)) for one in begun]
-        best = min(trials, key=lambda other: other.gap, default=trial)
-        return best if best.gap < trial.gap else None
+        begun = (self.begin(candidate, base, roughly=True) for candidate in alike)
+        tried = (self.fit_roughly(so_far.plus(one) if so_far else one, 2) for one in begun)
+        best = min(tried, key=lambda model: model.loss, default=None)
+        other = self.validated(self.fit(best, 4)) if best else trial
+        return other if other.gap < trial.gap else None
 
     def _leading(self, screened: Sequence[Model], base: Sequence[Effect]) -> list[Model]:
         """The leaders, of which not all make one kind of error, and whatever may make the recording's steps.
@@ -208,7 +209,7 @@ class Search(Fitting):
 
     def _filled_otherwise(self, so_far: Model, number: int, newest: Candidate) -> Model:
         """``newest`` on top of ``so_far``, of which a part begins where both together are nearest to the recording."""
-        target, roots = self._targets[len(self._few)], self._roots(self._few)
+        _, target, roots = self._on(self._few)
         begun: list[Model] = []
         for values in so_far.parts[number].starts:
             xs = so_far.split(so_far.x)
@@ -261,7 +262,7 @@ class Search(Fitting):
         taken = {part.effect for part in so_far.parts} if so_far else set()
         taken |= {name for part in so_far.parts for name in part.replaces} if so_far else set()
         base = so_far.build(self.base) if so_far else self.base
-        target, roots = self._targets[len(self._few)], self._roots(self._few)
+        _, target, roots = self._on(self._few)
         open_to = [
             k
             for k, c in enumerate(self.bank)
