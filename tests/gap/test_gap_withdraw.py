@@ -1,5 +1,6 @@
 """Causes that are withdrawn: they act elsewhere than the gap lies first, or are what registered frames leave."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit import withdraw
 from depthsim.gap.depth.fit.candidates import Candidate
@@ -14,6 +16,12 @@ from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.diagnosis import Cut
+from depthsim.materials import load_materials
+from depthsim.presets import preset
+from depthsim.runs.generate import generate
+from depthsim.scenefile import load_scene
+from depthsim.sensor.effects.calibration import BaselineScale
+from depthsim.sensor.effects.material_noise import MaterialNoise
 
 SCORE = cast("Score", SimpleNamespace(above=1.0))
 VALIDATOR = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig(), base=())))
@@ -182,6 +190,7 @@ def test_a_little_noise_everywhere_beside_a_bias_is_what_its_formula_leaves(
 ) -> None:
     """But one that leaves next to nothing of how spreads change along its own axes is there."""
     monkeypatch.setattr(withdraw, "left_along", lambda *_: along)
+    monkeypatch.setattr(withdraw, "_is_noise_there", lambda *_: False)
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
     left = {noise: closes, "incidence_noise": 0.01, beside: 0.5}
     selecting = SimpleNamespace(
@@ -193,6 +202,23 @@ def test_a_little_noise_everywhere_beside_a_bias_is_what_its_formula_leaves(
     found = withdraw.left_by_biases(cast("Validator", selecting), given)
     assert (found is given) == stays
     assert stays or [part.effect for part in found.model.parts] == ["incidence_noise", beside]
+
+
+@pytest.mark.parametrize(("more", "stays"), [(1.05, False), (1.2, True)])
+def test_noise_by_the_depth_that_a_bias_makes_is_no_other_noise(tmp_path: Path, more: float, stays: bool) -> None:
+    """A scale of 1.05, and noise whose m are larger by as much, is the same law at the depth that is measured."""
+    scale, tags = 1.05, load_scene("office").tags
+    m = {tag: load_materials()[tag].m for tag in tags}
+    noise = MaterialNoise(m={tag: value * more for tag, value in m.items()})
+    camera = preset("d435", 160, 120, rate=3.0)
+    effects = (BaselineScale(scale=scale), noise)
+    generate("office", None, camera, effects, tmp_path / "run", frames=12, seed=2, streams=("depth",), threads=1)
+    evidence, _ = load_evidence(tmp_path / "run", None, (MaterialNoise(),))
+    parts = [Candidate(one.id, (), one.model_dump(), ((),)) for one in effects]
+    given = Selection(Model(tuple(parts), np.empty(0)), {}, (), ())
+    found = withdraw.left_by_biases(Validator(evidence, evidence.held_out), given)
+    assert [part.effect for part in found.model.parts] == ["baseline_scale", *(["material_noise"] if stays else [])]
+    assert stays or "depth that the biases make" in found.nearest[0].why_not
 
 
 @pytest.mark.parametrize(

@@ -111,7 +111,7 @@ class Fitting:
         return start(candidate, base, roots(tuple(base)), target, roots)[0]
 
     def _on(self, blocks: Sequence[int]) -> tuple[Sequence[Effect], Floats, Roots]:
-        """What fits are given: the simulator, what the recording shows on some blocks, and what a sensor shows there."""
+        """What fits are given: the simulator, and what the recording and any sensor show on some blocks."""
         return self.base, self._targets[len(blocks)], self._roots(blocks)
 
     def _sum(self, counts: Counts) -> Floats:

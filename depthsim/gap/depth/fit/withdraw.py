@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.depth.data.evidence import biases_of
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.agreement import is_uniform, left_along, left_of_change
 from depthsim.gap.depth.fit.marks import only_its_own
@@ -94,8 +95,9 @@ def _as_left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selec
 def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
     """Without a little noise, everywhere or by materials, beside a bias: so looks what another formula's bias leaves.
 
-    But for one that leaves next to nothing of how spreads change along its own axis, as what a bias leaves does not.
-    While causes are looked for it stays: what took its place would be further from the truth.
+    But for one that leaves next to nothing of how spreads change along its own axis, as what a bias leaves does not,
+    unless it is the simulator's own noise at the depth that the biases make. While causes are looked for it stays: what
+    took its place would be further from the truth.
     """
     causes = selection.model.effects
     most = selecting.evidence.config.select.further * selecting.score(selecting.evidence.base).above
@@ -105,9 +107,12 @@ def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
             everywhere
             and any(one.kinds[0] == "bias" for one in causes)
             and _closes(selecting, selection, number) < most
-            and not _is_whole(selecting, selection, number)
         ):
             why = "closes no more than what the formulas of the biases leave"
+            if _is_whole(selecting, selection, number):
+                if not _is_noise_there(selecting, selection, number):
+                    continue
+                why = "is the noise that there is, at the depth that the biases make"
             selection = _less(selecting, selection, number, why)
     return selection
 
@@ -117,6 +122,21 @@ def _is_whole(selecting: Validator, selection: Selection, number: int) -> bool:
     model, base = selection.model, selecting.evidence.base
     along = left_along(selecting, model.effects[number], model.less(number).build(base), model.build(base))
     return along is not None and along <= selecting.evidence.config.agreement.near_floor
+
+
+def _is_noise_there(selecting: Validator, selection: Selection, number: int) -> bool:
+    """Whether one noise closes no more than the simulator's own does where its law is of the depth with the biases."""
+    evidence, model = selecting.evidence, selection.model
+    full, less = model.build(evidence.base), model.less(number).build(evidence.base)
+    centred = evidence.centred(full, however_small=True)
+    if centred is None:
+        return False
+    biases, runs = biases_of(full), evidence.config.fit.runs
+    here, there = (Validator(one, selecting.blocks) for one in (centred, evidence.displaced(full)))
+    with_it = here.quick(full, runs)
+    closes = here.quick(less, runs) - with_it
+    left = there.quick([one for one in less if one not in biases], runs) - with_it
+    return left <= evidence.config.select.further_of_left * closes
 
 
 def adding_nothing(validator: Validator, selecting: Validator, selection: Selection, given: Validator) -> Selection:
