@@ -235,6 +235,9 @@ class DepthAgreement(Section):
     flat: float = _value(
         0.2, "by which those may grow on to a quarter of the pixels; what grows has fewer there, by as much at least"
     )
+    by_itself: float = _value(
+        0.3, "of the pixels that holes or tails change beside other causes, that they must change alone"
+    )
     in_lines: float = _value(
         1.5, "times the variance of holes from row to row that a sensor has which loses pixels anywhere: more is lines"
     )

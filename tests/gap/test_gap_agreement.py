@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from depthsim.gap import diagnose
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.histograms import ERROR_HOLE
+from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.fit import agreement, marks, rules
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import KINDS, Changes, _scaled, less_others
 from depthsim.gap.depth.fit.search import worth_a_look
+from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.where.differences import holes_together, moments, tails
 from depthsim.presets import preset
 from depthsim.runs.generate import generate
@@ -27,11 +29,11 @@ from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.effects.calibration import BaselineScale
+from depthsim.sensor.effects.dropout import RangeDropout
+from depthsim.sensor.effects.heavy_tails import HeavyTails
+from depthsim.sensor.effects.limits import MaxRange
+from depthsim.sensor.effects.noise import DisparityNoise
 from depthsim.trajectory import load_trajectory
-
-if TYPE_CHECKING:
-    from depthsim.gap.depth.fit.validate import Validator
-
 
 AXES = [
     SimpleNamespace(name=name, names=set(name.split(" x ")), kind=0, size=8, single=" x " not in name)
@@ -457,3 +459,19 @@ def test_a_gap_that_is_the_same_all_over(varies: float, same: bool) -> None:
     validator = cast("Validator", SimpleNamespace(evidence=evidence, once=lambda work, effects: gap))
     assert agreement.is_uniform(validator, "range", "missing", ()) == same
     assert agreement.is_uniform(validator, "material", "missing", ())
+
+
+@pytest.mark.parametrize(
+    ("effect", "is_theirs"),
+    [(MaxRange(depth=25.0), True), (MaxRange(depth=4.0), False), (RangeDropout(start=3.0, rate=0.1), False)],
+)
+def test_holes_among_what_another_cause_makes_are_its_own_formulas(
+    scaled: Path, effect: Effect, is_theirs: bool
+) -> None:
+    """A largest range of 25 m in an office is one of false matches alone, which lie anywhere."""
+    evidence, _ = load_evidence(scaled, None, (DisparityNoise(sigma=0.05),))
+    before = (*evidence.base, HeavyTails(share=0.1, search=8))
+    validator = Validator(evidence, evidence.held_out)
+    why = marks.acts_on_another(validator, type(effect), before, (*before, effect))
+    assert (why is not None) == is_theirs, why
+    assert marks.acts_on_another(validator, type(effect), evidence.base, (*evidence.base, effect)) is None

@@ -124,6 +124,7 @@ def disagreement(
         or marks.unseen_step(validator, effect, before, after)
         or marks.holes_are_in_lines(validator, effect, after)
         or marks.brings_together(validator, effect, before, after)
+        or (marks.acts_on_another(validator, effect, before, after) if alone else None)
     ):
         return why
     was, least = validator.quick(before), validator.floor(before)

@@ -99,6 +99,23 @@ def brings_together(validator: Validator, effect: type[Effect], before: Effects,
     return None
 
 
+def acts_on_another(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether holes or tails are made of what another cause makes, and next to none by the effect alone.
+
+    Such as a largest range for false matches that lie no farther: that is another formula of the other cause. Filling
+    is of holes, whose ever they are.
+    """
+    base = validator.evidence.base
+    own = [one for one in after if one.id == effect.id and one not in before]
+    if effect.kinds[0] not in ("missing", "tail") or effect.seen_on or not own or tuple(before) == base:
+        return None
+    alone = (*(one for one in base if one.id != effect.id), *own)
+    by_itself, beside = validator.once(_pixels_changed, base, alone), validator.once(_pixels_changed, before, after)
+    if by_itself >= validator.evidence.config.agreement.by_itself * beside:
+        return None
+    return f"changes what other causes make, and by itself {by_itself / beside:.0%} of as many pixels"
+
+
 def comes_in_waves(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
     """Whether a noise, or what makes noise go together, is for errors that come in waves, as no effect makes them.
 
@@ -128,6 +145,15 @@ def waves_beside(validator: Validator, effects: Effects) -> float | None:
         return None
     (recorded, length), (simulated, _) = validator.once(_wave_recorded), validator.once(_wave_simulated, effects)
     return length if recorded > evidence.config.agreement.waves * simulated else None
+
+
+def _pixels_changed(validator: Validator, before: Effects, after: Effects) -> float:
+    """The share of the pixels that are others by two sensors, of the same random numbers."""
+    seed = Seed("changed")
+    shown = (
+        zip(*(validator.evidence.pictures(e, b, seed) for e in (before, after)), strict=True) for b in validator.few
+    )
+    return float(np.mean([(one != other).mean() for pairs in shown for one, other in pairs]))
 
 
 def _line_recorded(validator: Validator) -> float:
