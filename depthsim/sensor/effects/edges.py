@@ -206,7 +206,7 @@ class FlyingPixels(Effect):
         neutral=0,
         about="share of the pixels near edges",
         source="640x480 frames of a D435: 2.4 % of what is near edges, nearly all of it at steps below 6 px",
-        starts=(0.1,),
+        starts=(0.1, 0.5),
     )
     reach: int = parameter(
         2, low=1, high=8, unit="px", about="how far from the edge", source="assumed", starts=(1, 2, 3)
