@@ -93,12 +93,25 @@ def test_causes_act_where_the_gap_lies_first(
     monkeypatch.setattr(withdraw, "left_of_change", lambda *_: left)
     monkeypatch.setattr(withdraw, "is_uniform", lambda *_: False)
     monkeypatch.setattr(withdraw, "credit", lambda *_: np.full(len(effects), closed / len(effects)))
+    monkeypatch.setattr(withdraw, "_shows_for_sure", lambda *_: False)
     given = selection(*effects)
     found = withdraw.acting_elsewhere(VALIDATOR, given, SCORE, closed, [cut(*place) for place in where])
     assert (found is given) == stays
     if not stays:
         assert not found.model.parts
         assert {near.effect for near in found.nearest} == set(effects)
+
+
+def test_what_shows_for_sure_stays_where_the_others_act_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tiles of one value each are those of decimation, wherever the gap lies first."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(withdraw, "left_of_change", lambda *_: 1.0)
+    monkeypatch.setattr(withdraw, "credit", lambda *_: (0.7, 0.2))
+    monkeypatch.setattr(withdraw, "only_its_own", lambda _, effect, *sensors: effect.id == "decimation")
+    given = selection("decimation", "disparity_noise")
+    found = withdraw.acting_elsewhere(VALIDATOR, given, SCORE, 0.9, [cut("pixel_neighbours", "correlation")])
+    assert [part.effect for part in found.model.parts] == ["decimation"]
+    assert [near.effect for near in found.nearest] == ["disparity_noise"]
 
 
 @pytest.mark.parametrize(
@@ -168,6 +181,7 @@ def test_where_the_frames_do_not_agree_nothing_is_named(
     monkeypatch.setattr(withdraw, "credit", lambda *_: (0.4,))
     monkeypatch.setattr(withdraw, "_by_block", lambda _, effects: np.array(left if effects else [1.0] * 3))
     monkeypatch.setattr(Model, "build", lambda model, base: (1,))
+    monkeypatch.setattr(withdraw, "_shows_for_sure", lambda *_: False)
     found = withdraw.unsure(VALIDATOR, given := selection("fixed_pattern"), SCORE)
     assert (found is given) == stays
     if not stays:

@@ -230,11 +230,11 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     # How far do they close it?
     after, gap = _how_far(recorded, validator, selection, before)
     if selection.model.parts and not is_cause and not evidence.stands_still:
-        selection = withdraw.acting_elsewhere(validator, selection, before, gap.closed_fraction, where)
-        if selection.model.parts and gap.ci95[0] <= 0:
-            selection = withdraw.unsure(validator, selection, before)
-        if not selection.model.parts:
-            named = False
+        kept = withdraw.acting_elsewhere(validator, selection, before, gap.closed_fraction, where)
+        if kept.model.parts and gap.ci95[0] <= 0:
+            kept = withdraw.unsure(validator, kept, before)
+        if kept is not selection:
+            selection, named = kept, bool(kept.model.parts)
             after, gap = _how_far(recorded, validator, selection, before)
 
     # Where is the rest?

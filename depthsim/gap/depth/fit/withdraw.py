@@ -10,7 +10,6 @@ from depthsim.gap.depth.data.evidence import biases_of
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.agreement import is_uniform, left_along, left_of_change
 from depthsim.gap.depth.fit.marks import only_its_own
-from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import PLACES
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.shapley import credit
@@ -153,7 +152,8 @@ def adding_nothing(validator: Validator, selecting: Validator, selection: Select
 def acting_elsewhere(
     validator: Validator, selection: Selection, before: Score, closed: float, where: Sequence[Cut]
 ) -> Selection:
-    """Without any cause, where none acts along the axis on which the gap lies first, and much of it is left there.
+    """Without causes, but those that show for sure, where none acts along the axis on which the gap lies first, and
+    much of it is left there.
 
     before, where: how large the gap is and where it lies; closed: the share that the causes close.
     """
@@ -187,7 +187,7 @@ def _closes(selecting: Validator, selection: Selection, number: int) -> float:
 
 
 def _shows_for_sure(selecting: Validator, selection: Selection, number: int) -> bool:
-    """Whether one cause makes the recording's steps, or its doubled rows, which no other error does."""
+    """Whether one cause makes the recording's steps, doubled rows or tiles, which no other error does."""
     model, base = selection.model, selecting.evidence.base
     change = effect_class(model.parts[number].effect), model.less(number).build(base), model.build(base)
     return only_its_own(selecting, *change)
@@ -254,7 +254,7 @@ def _is_left(validator: Validator, selection: Selection, first: Cut) -> bool:
 
 
 def unsure(validator: Validator, selection: Selection, before: Score) -> Selection:
-    """Without any cause, where the frames differ so much that together they may close nothing.
+    """Without causes, but those that show for sure, where frames differ so much that together they may close nothing.
 
     Of few blocks an interval is wide: they stay if they make it larger in none.
     """
@@ -281,9 +281,13 @@ def _by_block(validator: Validator, effects: Sequence[Effect]) -> NDArray[np.flo
 
 
 def _refused(validator: Validator, selection: Selection, before: Score, shares: Sequence[float], why: str) -> Selection:
-    """No cause, and those that were as what comes near. shares: what each of them closes."""
-    refused = Refused({near.effect: near for near in selection.nearest})
-    for part, share in zip(selection.model.parts, shares, strict=True):
-        refused.refuse(part.effect, share / max(before.above, 1e-12), why)
-    nearest = refused.nearest((), validator.evidence.config.select)
-    return replace(selection, model=Model((), np.empty(0)), nearest=nearest, ties={})
+    """Only the causes that show for sure; the others are kept as what comes near. shares: what each of them closes."""
+    refused, model = Refused({near.effect: near for near in selection.nearest}), selection.model
+    for number, share in reversed([*enumerate(shares)]):
+        if not _shows_for_sure(validator, selection, number):
+            refused.refuse(model.parts[number].effect, share / max(before.above, 1e-12), why)
+            model = model.less(number)
+    named = [part.effect for part in model.parts]
+    nearest = refused.nearest(named, validator.evidence.config.select)
+    ties = {cause: equals for cause, equals in selection.ties.items() if cause in named}
+    return replace(selection, model=model, nearest=nearest, ties=ties)
