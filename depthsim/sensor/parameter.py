@@ -30,8 +30,8 @@ class Setting:
     doubled: zoom and roll [deg] of a picture whose rows are doubled by a resampling, see
     :func:`~depthsim.gap.depth.data.doubling.find_doubling`. undoubled: whether the pictures are whole, and have no such
     rows. zoom: focal length of the camera's colour pictures over that of its depth, if it says where they are.
-    turn: [deg] by which registration finds the camera turned against its poses, about its x, y and z; late: [s] by
-    which the stamps are found early. None where it does not know.
+    turn, shift: [deg], [m] by which registration finds the camera turned and shifted against its poses, about and along
+    its x, y and z; late: [s] by which the stamps are found early. None where it does not know.
     border: columns on the left and right, rows at the top and bottom that are empty in every frame, see
     :func:`~depthsim.gap.depth.data.border.find_border`; None where there are none. tiled: the side [px] of tiles that
     have one value each, see :func:`~depthsim.gap.depth.data.tiles.find_tiles`. aligned: whether the pictures say that
@@ -51,6 +51,7 @@ class Setting:
     undoubled: bool = False
     zoom: float | None = None
     turn: tuple[float, float, float] | None = None
+    shift: tuple[float, float, float] | None = None
     late: float | None = None
     border: tuple[int, int, int, int] | None = None
     tiled: int | None = None

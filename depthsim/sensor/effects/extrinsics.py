@@ -1,4 +1,4 @@
-"""Where the camera is against where its poses say: turned in its mount, or stamped at another time."""
+"""Where the camera is against where its poses say: turned or shifted in its mount, or stamped at another time."""
 
 from typing import ClassVar
 
@@ -83,3 +83,48 @@ class ExtrinsicRotation(Effect):
         turn = np.eye(4)
         turn[:3, :3] = turned(np.radians([self.x, self.y, self.z]))
         view.pose = view.pose @ turn
+
+
+def _shift(axis: str) -> float:
+    shift: float = parameter(
+        0.02, low=-0.5, high=0.5, unit="m", neutral=0, about=f"shift along the camera's {axis} axis",
+        source="assumed: a hand-eye calibration that is off by centimetres", starts=(0.0,),
+    )  # fmt: skip
+    return shift
+
+
+class ExtrinsicTranslation(Effect):
+    """The camera is shifted in its mount: true pose = pose · (x, y, z), in the camera's own axes.
+
+    So are pictures of one camera of a rig whose poses are another one's, such as the colour camera's.
+    """
+
+    id: ClassVar[str] = "extrinsic_translation"
+    stage: ClassVar[Stage] = Stage.POSE
+    rank: ClassVar[int] = 3
+    source: ClassVar[str] = "geometry; the size is assumed"
+    axes = ("surface", "incidence", "height", "image_position", "image_row", "image_column", "edge_distance", "range")
+    kinds = ("bias", "spread", "tail")
+    recording = "surfaces to all sides and below, near and far"
+    exact = True
+    shown: ClassVar = {"x": 0.1, "z": 0.0}
+
+    x: float = _shift("x")
+    y: float = _shift("y")
+    z: float = _shift("z")
+
+    @classmethod
+    def suggested(cls, setting: Setting) -> list[dict[str, float]]:
+        """What registration finds."""
+        return [] if setting.shift is None else [dict(zip("xyz", setting.shift, strict=True))]
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether there is no shift."""
+        return self.x == self.y == self.z == 0
+
+    def bend(self, view: View) -> None:
+        """Move every pose along the camera's own axes."""
+        shift = np.eye(4)
+        shift[:3, 3] = self.x, self.y, self.z
+        view.pose = view.pose @ shift

@@ -96,9 +96,21 @@ class PoseErrors:
         return (float(x), float(y), float(z)) if (np.abs(turn) > _SURE * error).any() else None
 
     @property
+    def shift(self) -> tuple[float, float, float] | None:
+        """[m] of the mount, along x, y and z; None where it may be by chance."""
+        shift, error = self.constant[3:], self.constant_error[3:]
+        x, y, z = map(float, shift)
+        return (x, y, z) if (np.abs(shift) > _SURE * error).any() else None
+
+    @property
     def turn_by_chance(self) -> float:
         """How far the mount may seem turned by what random errors leave on average [deg]."""
         return float(np.degrees(_SURE * np.linalg.norm(self.constant_error[:3])))
+
+    @property
+    def shift_by_chance(self) -> float:
+        """How far the mount may seem shifted by what random errors leave on average [m]."""
+        return float(_SURE * np.linalg.norm(self.constant_error[3:]))
 
     @property
     def late_by_chance(self) -> float:

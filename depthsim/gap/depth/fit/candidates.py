@@ -28,11 +28,12 @@ def setting_of(
     stamps = [frame.stamp for frame in evidence.frames.values()]
     span, camera = max(stamps) - min(stamps), evidence.camera
     left, doubled = camera.left, evidence.doubled
-    off = (errors.turn, errors.late if abs(errors.late) < span else None) if errors else (None, None)
+    late = errors.late if errors and abs(errors.late) < span else None
     return Setting(
         tags, quantiles, span, evidence.materials, evidence.cuts.own_steps, learned or {},
         size=(left.width, left.height), doubled=doubled, undoubled=doubled is None and evidence.shows_doubling,
-        zoom=camera.color.fy / left.fy if camera.color is not None else None, turn=off[0], late=off[1],
+        zoom=camera.color.fy / left.fy if camera.color is not None else None, late=late,
+        turn=errors.turn if errors else None, shift=errors.shift if errors else None,
         border=evidence.border, tiled=evidence.tiled, aligned=camera.aligned,
     )  # fmt: skip
 

@@ -17,7 +17,7 @@ from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.diagnosis import Cut, Nearest
 from depthsim.gap.selection import Refused
 from depthsim.sensor.effect import Effect, effect_class
-from depthsim.sensor.effects.extrinsics import ExtrinsicRotation, TimeOffset
+from depthsim.sensor.effects.extrinsics import ExtrinsicRotation, ExtrinsicTranslation, TimeOffset
 
 _LINES = {"image_column", "image_row"}
 _NEIGHBOURS = {"pixel_neighbours", "frame_neighbours"}
@@ -52,12 +52,13 @@ def unsupported(validator: Validator, selecting: Validator, selection: Selection
 def left_by_poses(errors: PoseErrors, selecting: Validator, selection: Selection, gap: float) -> Selection:
     """Without what registered frames leave of the poses' errors. gap: with these, 0 where they are no cause.
 
-    A turn of the mount, or late stamps, that are no more than what random errors leave on average, what closes next to
-    nothing of it, and what errors of the poses close as well that are no larger than what registering leaves.
+    A turn or shift of the mount, or late stamps, that are no more than what random errors leave on average, what closes
+    next to nothing of it, and what errors of the poses close as well that are no larger than what registering leaves.
     """
     left_alike = "by no more than the poses' errors leave on average"
     by_chance = {
         ExtrinsicRotation.id: (errors.turn_by_chance, f"turns the mount {left_alike}"),
+        ExtrinsicTranslation.id: (errors.shift_by_chance, f"shifts the mount {left_alike}"),
         TimeOffset.id: (errors.late_by_chance, f"moves the stamps {left_alike}"),
     }
     for number, part in reversed([*enumerate(selection.model.parts)]):
