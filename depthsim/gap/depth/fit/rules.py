@@ -258,9 +258,10 @@ def leaves_geometry(asked: Asked, k: int) -> str | None:
     sure, worth = worth_of(asked.validator, asked.gap, k)
     first, limit = int(np.argmax(worth)), asked.limit
     most = limit.left_of_own if any(learned_of(type(cause)) for cause in asked.named) else limit.left_by_exact
-    asks = {first: most} if sure[first] and not asked.others(first, k) else {}
+    much = sure & (asked.gap.varies[k] >= limit.known_by * asked.gap.whole[k])
+    asks = {first: most} if much[first] and not asked.others(first, k) else {}
     if asked.effect.axes == ("range",):
-        much = sure & asked.own & (asked.gap.varies[k] >= limit.known_by * asked.gap.whole[k])
+        much &= asked.own
         theirs = {name for one in asked.named if KINDS[k] in one.kinds for name in one.axes[:1]}
         much &= [not axis.names & theirs for axis in asked.validator.evidence.axes]
         asks |= {int(n): max(most, limit.near_floor) for n in np.flatnonzero(much) if n not in asks}
