@@ -15,6 +15,16 @@ RIGHT_AXES: dict[str, tuple[str, ...]] = {
         "height",
         "edge_distance",
     ),
+    "extrinsic_translation": (
+        "surface",
+        "incidence",
+        "height",
+        "image_position",
+        "image_row",
+        "image_column",
+        "edge_distance",
+        "range",
+    ),
     "intrinsics": (
         "image_position",
         "image_row",

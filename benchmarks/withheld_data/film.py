@@ -86,6 +86,10 @@ class Formula:
         """(3, 3) rotation of the camera in its mount: true pose = pose · turn."""
         return None
 
+    def shift(self) -> Floats | None:
+        """(3,) the camera in its mount, along its own axes [m]: true pose = pose · shift."""
+        return None
+
     def rays(self, take: "Take", rays: Floats) -> Floats:
         """(2, height, width) directions at z = 1, from what the calibration says."""
         return rays
@@ -265,10 +269,11 @@ class Film:
         if not self.on_route and any(type(formula).off is not Formula.off for formula in formulas):
             take.poses = take.poses @ self.off(np.array([stamp]), formulas)[0]
         for formula in formulas:
-            turn = formula.turn()
-            if turn is not None:
+            turn, shift = formula.turn(), formula.shift()
+            if turn is not None or shift is not None:
                 mount = np.eye(4)
-                mount[:3, :3] = turn
+                mount[:3, :3] = np.eye(3) if turn is None else turn
+                mount[:3, 3] = 0 if shift is None else shift
                 take.poses = take.poses @ mount
         for formula in formulas:
             take.directions = formula.rays(take, take.directions)

@@ -21,7 +21,7 @@ TIERS = {
 }
 _APART = ({"material_noise", "disparity_noise"}, {"spatial_correlation", "temporal_correlation"})
 """Effects that hide one another: no case has both."""
-_ALIKE_IN_MOTION = {"time_offset", "extrinsic_rotation", "rolling_shutter"}
+_ALIKE_IN_MOTION = {"time_offset", "extrinsic_rotation", "extrinsic_translation", "rolling_shutter"}
 """Of these a case has at most one."""
 
 

@@ -24,6 +24,7 @@ EXPERT_D435 = EXPERT | {
     "baseline_scale",
     "vignetting_noise",
     "extrinsic_rotation",
+    "extrinsic_translation",
 }
 """Of a real unit also its calibration, and the poses, which were fitted to the floor."""
 

@@ -35,7 +35,7 @@ CAMERA = ROOM_CAMERA.model_copy(
 STAMPS = 50 + np.arange(FRAMES) / 10
 BASE = Profile(name="made", effects=(effect_class("disparity_noise")(sigma=0.03),))
 BANK = {"pose_noise", "fixed_pattern", "disparity_noise", "time_offset", "baseline_scale", "extrinsic_rotation",
-        "rolling_shutter", "disparity_offset", "motion_noise"}  # fmt: skip
+        "extrinsic_translation", "rolling_shutter", "disparity_offset", "motion_noise"}  # fmt: skip
 OTHERS = tuple(name for name in effect_ids() if name not in BANK)
 
 
@@ -108,6 +108,7 @@ def test_without_it_nothing_is_registered(scene: Scene, shaken: Run) -> None:
         ("rolling_shutter", {"readout": 0.05}),
         ("baseline_scale", {"scale": 1.01}),
         ("extrinsic_rotation", {"x": 0.8, "y": -0.6, "z": 0.3}),
+        ("extrinsic_translation", {"x": 0.03, "y": -0.02, "z": 0.01}),
     ],
 )
 def test_errors_of_the_sensor_keep_their_names(effect: str, keys: Any, scene: Scene, tmp_path: Path) -> None:

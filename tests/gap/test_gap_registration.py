@@ -105,6 +105,7 @@ ERRORS_OF_THE_SENSOR: dict[str, dict[str, Any]] = {
     "thermal_drift": {"drift": -0.02, "time_constant": 1.0},
     "lens_distortion": {"k1": 0.01},
     "extrinsic_rotation": {"x": 0.8, "y": -0.6, "z": 0.3},
+    "extrinsic_translation": {"x": 0.03, "y": -0.02, "z": 0.01},
     "fixed_pattern": {"amplitude": 0.1, "size": 12},
     "subpixel_bias": {},
     "temporal_correlation": {"correlation": 0.8},

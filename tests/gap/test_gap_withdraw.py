@@ -26,6 +26,8 @@ from depthsim.sensor.effects.material_noise import MaterialNoise
 SCORE = cast("Score", SimpleNamespace(above=1.0))
 VALIDATOR = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig(), base=())))
 
+BY_CHANCE = {"turn_by_chance": 0.1, "shift_by_chance": 0.1, "late_by_chance": 0.1}
+
 
 def selection(*effects: str) -> Selection:
     """Causes without parameters."""
@@ -126,7 +128,7 @@ def test_what_shows_for_sure_stays_where_the_others_act_elsewhere(monkeypatch: p
         (0.5, 0.2, 0.2, 1.0, True),
     ],
 )
-@pytest.mark.parametrize("effect", ["extrinsic_rotation", "time_offset"])
+@pytest.mark.parametrize("effect", ["extrinsic_rotation", "extrinsic_translation", "time_offset"])
 def test_what_registered_frames_leave_is_no_cause(
     monkeypatch: pytest.MonkeyPatch, effect: str, angle: float, closes: float, by_poses: float, gap: float, stays: bool
 ) -> None:
@@ -135,7 +137,7 @@ def test_what_registered_frames_leave_is_no_cause(
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
     monkeypatch.setattr(Model, "parameters", lambda model, number: {"x": angle, "y": 0.0, "z": 0.0})
     monkeypatch.setattr(withdraw, "only_its_own", lambda *_: False)
-    errors = cast("PoseErrors", SimpleNamespace(turn_by_chance=0.1, late_by_chance=0.1, left="{:.0f} errors".format))
+    errors = cast("PoseErrors", SimpleNamespace(**BY_CHANCE, left="{:.0f} errors".format))
     takes_off = {effect: closes, "1 errors": by_poses, "2 errors": 0.0}
     selecting = SimpleNamespace(
         evidence=VALIDATOR.evidence, quick=lambda effects: 1.0 - sum(takes_off[one] for one in effects)
@@ -151,7 +153,7 @@ def test_what_registered_frames_leave_is_no_cause(
 def test_a_cause_with_a_value_for_each_material_stays_beside_poses(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Model, "build", lambda model, base: tuple(part.effect for part in model.parts))
     monkeypatch.setattr(Model, "parameters", lambda model, number: {"m": {"wood": 0.5, "glass": 0.8}, "floor": 0.005})
-    errors = cast("PoseErrors", SimpleNamespace(turn_by_chance=0.1, late_by_chance=0.1))
+    errors = cast("PoseErrors", SimpleNamespace(**BY_CHANCE))
     selecting = SimpleNamespace(evidence=VALIDATOR.evidence, quick=lambda effects: 1.0 - 0.4 * len(effects))
     given = selection("material_noise")
     assert withdraw.left_by_poses(errors, cast("Validator", selecting), given, 1.0) is given

@@ -35,10 +35,12 @@ MOVING = Motion.along(
 
 
 FARTHER = {"incidence_noise": (0.12, 0.01), "time_offset": (0.15, 0.01), "extrinsic_rotation": (0.12, 0.03),
+           "extrinsic_translation": (0.3, 0.05),
            "pose_noise": (0.15, 0.05), "intrinsics": (0.2, 0.16)}  # fmt: skip
 """What is farther from the scene: the shares of pixels that are off by 0.02 px, and that are holes in one alone.
 
-Off the picture's border a turned camera sees what the depth does not show, and beside edges a moved one does.
+Off the picture's border a turned camera sees what the depth does not show, and beside edges a moved one does, here by
+10 cm.
 """
 
 

@@ -32,7 +32,7 @@ WANTED = {
     "temporal_correlation", "heavy_tails", "stereo_shadow", "incidence_dropout", "range_dropout", "material_dropout",
     "specular_dropout", "ambient_light", "min_range", "max_range", "invalid_band", "flying_pixels", "edge_fattening",
     "spatial_filter", "pose_noise", "fixed_pattern", "decimation", "temporal_filter", "hole_filling", "align_to_color",
-    "matching_window", "intrinsics", "empty_border",
+    "matching_window", "intrinsics", "empty_border", "extrinsic_translation",
 }
 # fmt: on
 """The ids that files and other programs rely on."""
@@ -99,7 +99,7 @@ def effects(draw: st.DrawFn) -> Effect:
 
 
 def test_every_effect_that_was_promised_is_there() -> None:
-    assert set(effect_ids()) >= WANTED and len(WANTED) == 40
+    assert set(effect_ids()) >= WANTED and len(WANTED) == 41
 
 
 @pytest.mark.parametrize("effect_id", effect_ids())
@@ -165,6 +165,7 @@ STRENGTHS: dict[str, tuple[str, list[float], Any]] = {
     "disparity_offset": ("offset", [0.05, 0.2, 1.0], spread),
     "lens_distortion": ("k1", [0.002, 0.02, 0.1], spread),
     "extrinsic_rotation": ("x", [0.5, 2.0, 8.0], spread),
+    "extrinsic_translation": ("x", [0.02, 0.1, 0.4], spread),
     "intrinsics": ("cy", [1.0, 4.0, 16.0], spread),
     "time_offset": ("offset", [0.01, 0.05, 0.3], spread),
     "rolling_shutter": ("readout", [0.005, 0.02, 0.1], spread),
@@ -311,7 +312,10 @@ def test_the_page_of_the_effects_is_up_to_date() -> None:
     assert not missing, "run docs/effects.py"
 
 
-@pytest.mark.parametrize("effect_id", sorted(set(effect_ids()) - {"flying_pixels", "matching_window", "pose_noise"}))
+IN_BETWEEN, SHIFTED = {"flying_pixels", "matching_window"}, {"pose_noise", "extrinsic_translation"}
+
+
+@pytest.mark.parametrize("effect_id", sorted(set(effect_ids()) - IN_BETWEEN - SHIFTED))
 def test_open_background_does_to_the_foreground_what_one_very_far_away_does(effect_id: str) -> None:
     """All but depths in between, which there are none of where nothing is behind.
 

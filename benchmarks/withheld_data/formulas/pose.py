@@ -110,3 +110,32 @@ class OneAxis(TurnedMount):
 
     def __init__(self, rng: Rng, film: Film) -> None:
         self._share = np.eye(3)[rng.integers(3)] * rng.choice([-1, 1])
+
+
+class ShiftedMount(Formula):
+    """A lever arm that was measured wrongly, in any direction."""
+
+    effect = "extrinsic_translation"
+    span = (1e-3, 0.4)
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        axis = rng.normal(size=3)
+        self._share = axis / np.linalg.norm(axis)
+
+    def shift(self) -> Floats:
+        """Metres along the camera's x, y and z."""
+        return np.asarray(self._share * self.amount)
+
+    def known(self) -> dict[str, float]:
+        """The same."""
+        x, y, z = map(float, self.shift())
+        return {"x": x, "y": y, "z": z}
+
+
+class OtherImager(ShiftedMount):
+    """The poses are those of another imager of the same device, to the side and a little ahead or behind."""
+
+    effect = "extrinsic_translation"
+
+    def __init__(self, rng: Rng, film: Film) -> None:
+        self._share = np.array([rng.choice([-1, 1]), 0.0, rng.uniform(-0.3, 0.3)])
