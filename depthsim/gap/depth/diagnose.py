@@ -187,8 +187,8 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     selection = _which(selecting, bank, without, errors, say)
     found = selection.model.build(evidence.base)
     centred = evidence.centred(found) if selection.model.parts else None
-    if centred is not None:  # what a smooth pattern leaves of a large one would hide as much
-        selection = with_fine_pattern(selecting, selection, say)
+    if centred is not None and (finer := with_fine_pattern(selecting, selection, say)) is not selection:
+        selection = finer  # what a smooth pattern leaves of a large one would hide as much
         found = selection.model.build(evidence.base)
         centred = evidence.centred(found, however_small=True)
     drawn = validator  # as it is: errors are told from the scene's depth
