@@ -82,12 +82,8 @@ class Formula:
         """(N, 4, 4) what the poses told are off by at some times [s]: true pose = pose told · off. None: nothing."""
         return None
 
-    def turn(self) -> Floats | None:
-        """(3, 3) rotation of the camera in its mount: true pose = pose · turn."""
-        return None
-
-    def shift(self) -> Floats | None:
-        """(3,) the camera in its mount, along its own axes [m]: true pose = pose · shift."""
+    def mount(self) -> Floats | None:
+        """(4, 4) how the camera is mounted against its poses: true pose = pose · mount."""
         return None
 
     def rays(self, take: "Take", rays: Floats) -> Floats:
@@ -269,11 +265,8 @@ class Film:
         if not self.on_route and any(type(formula).off is not Formula.off for formula in formulas):
             take.poses = take.poses @ self.off(np.array([stamp]), formulas)[0]
         for formula in formulas:
-            turn, shift = formula.turn(), formula.shift()
-            if turn is not None or shift is not None:
-                mount = np.eye(4)
-                mount[:3, :3] = np.eye(3) if turn is None else turn
-                mount[:3, 3] = 0 if shift is None else shift
+            mount = formula.mount()
+            if mount is not None:
                 take.poses = take.poses @ mount
         for formula in formulas:
             take.directions = formula.rays(take, take.directions)

@@ -97,6 +97,12 @@ class TurnedMount(Formula):
         x, y, z = self._share * self.amount
         return Rotation.from_euler("YXZ", [y, x, z], degrees=True).as_matrix()
 
+    def mount(self) -> Floats:
+        """Turned, and where it was."""
+        mount = np.eye(4)
+        mount[:3, :3] = self.turn()
+        return mount
+
     def known(self) -> dict[str, float]:
         """The rotation vector [deg]."""
         x, y, z = np.degrees(Rotation.from_matrix(self.turn()).as_rotvec())
@@ -122,13 +128,15 @@ class ShiftedMount(Formula):
         axis = rng.normal(size=3)
         self._share = axis / np.linalg.norm(axis)
 
-    def shift(self) -> Floats:
+    def mount(self) -> Floats:
         """Metres along the camera's x, y and z."""
-        return np.asarray(self._share * self.amount)
+        mount = np.eye(4)
+        mount[:3, 3] = self._share * self.amount
+        return mount
 
     def known(self) -> dict[str, float]:
-        """The same."""
-        x, y, z = map(float, self.shift())
+        """The shift."""
+        x, y, z = map(float, self.mount()[:3, 3])
         return {"x": x, "y": y, "z": z}
 
 

@@ -138,35 +138,34 @@ class Evidence:
         """
         if not (biases := biases_of(effects)):
             return None
+        unit = np.float32(self.camera.depth_scale)
+
+        def moved(index: int) -> tuple[NDArray[np.float32], float]:
+            frame = self.frames[index]
+            clean, units = frame.geometry.depth.reshape(-1), self._measure(biases, index, SPREAD).reshape(-1)
+            expected = np.where((units > 0) & (units < SATURATED) & (clean > 0), units * unit, clean)
+            off = np.abs(expected - clean) * frame.per_spread > 1
+            return expected, float(off.sum() / max((clean > 0).sum(), 1))
+
         frames = [*self.frames]
         some = frames[:: max(1, len(frames) // 8)]
-        if not however_small and np.mean([self._moved(biases, i)[1] for i in some]) < self.config.data.hidden:
+        if not however_small and np.mean([off for _, off in self.each(moved, some)]) < self.config.data.hidden:
             return None
-        moved = self.each(lambda index: self._moved(biases, index)[0], frames)
-        return self._from({i: replace(self.frames[i], expected=depth) for i, depth in zip(frames, moved, strict=True)})
+        expected = (depth for depth, _ in self.each(moved, frames))
+        return self._from({i: replace(self.frames[i], expected=one) for i, one in zip(frames, expected, strict=True)})
 
-    def displaced(self, effects: Sequence[Effect]) -> "Evidence":
-        """The same frames, with the surfaces where the biases of ``effects`` put them, for the others to act on.
+    def displaced(self) -> "Evidence":
+        """The same frames, with the surfaces at the depth that errors are measured from, for effects to act on there.
 
         So is noise whose law is of the depth that is measured, and not of the one that is there.
         """
-        biases = biases_of(effects)
 
-        def one(index: int) -> CleanFrame:
-            frame = self.frames[index]
-            depth, _ = self._moved(biases, index)
-            surfaces = replace(frame.geometry, depth=depth.reshape(frame.geometry.depth.shape))
-            return replace(frame, geometry=surfaces, expected=None)
+        def moved(frame: CleanFrame) -> CleanFrame:
+            there, clean = frame.expected, frame.geometry
+            depth = clean.depth if there is None else there.reshape(clean.depth.shape)
+            return replace(frame, geometry=replace(clean, depth=depth), expected=None)
 
-        return self._from(dict(zip(self.frames, self.each(one, self.frames), strict=True)))
-
-    def _moved(self, biases: Sequence[Effect], index: int) -> tuple[NDArray[np.float32], float]:
-        """(pixels,) the depth of a frame that biases make [m], and the share of it that is off by over its spread."""
-        frame, unit = self.frames[index], np.float32(self.camera.depth_scale)
-        clean, units = frame.geometry.depth.reshape(-1), self._measure(biases, index, SPREAD).reshape(-1)
-        expected = np.where((units > 0) & (units < SATURATED) & (clean > 0), units * unit, clean)
-        off = np.abs(expected - clean) * frame.per_spread > 1
-        return expected, float(off.sum() / max((clean > 0).sum(), 1))
+        return self._from({index: moved(frame) for index, frame in self.frames.items()})
 
     def _from(self, frames: dict[int, CleanFrame]) -> "Evidence":
         """The same recording, whose errors are measured by other frames."""

@@ -91,16 +91,18 @@ class PoseErrors:
     @property
     def turn(self) -> tuple[float, float, float] | None:
         """[deg] of the mount, about x, y and z; None where it may be by chance."""
-        turn, error = self.constant[:3], self.constant_error[:3]
-        x, y, z = np.degrees(turn)
-        return (float(x), float(y), float(z)) if (np.abs(turn) > _SURE * error).any() else None
+        return self._of_mount(np.degrees(self.constant[:3]), slice(0, 3))
 
     @property
     def shift(self) -> tuple[float, float, float] | None:
         """[m] of the mount, along x, y and z; None where it may be by chance."""
-        shift, error = self.constant[3:], self.constant_error[3:]
-        x, y, z = map(float, shift)
-        return (x, y, z) if (np.abs(shift) > _SURE * error).any() else None
+        return self._of_mount(self.constant[3:], slice(3, 6))
+
+    def _of_mount(self, values: Floats, which: slice) -> tuple[float, float, float] | None:
+        """Some of the constant's ``values``, in any unit; None where they may all be by chance."""
+        x, y, z = map(float, values)
+        sure = np.abs(self.constant[which]) > _SURE * self.constant_error[which]
+        return (x, y, z) if sure.any() else None
 
     @property
     def turn_by_chance(self) -> float:

@@ -1,5 +1,5 @@
-"""Marks that pictures have of some effects alone: steps, doubled rows, lines of holes, waves, neighbours alike, and
-errors that stay at their pixels."""
+"""Marks that pictures have of some effects alone: steps, doubled rows, lines of holes, waves, neighbours alike, errors
+that stay at their pixels, and pixels that an effect changes by itself."""
 
 from collections.abc import Iterable, Iterator
 

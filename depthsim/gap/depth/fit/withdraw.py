@@ -132,7 +132,7 @@ def _is_noise_there(selecting: Validator, selection: Selection, number: int) -> 
     if centred is None:
         return False
     biases, runs = biases_of(full), evidence.config.fit.runs
-    here, there = (Validator(one, selecting.blocks) for one in (centred, evidence.displaced(full)))
+    here, there = (Validator(one, selecting.blocks) for one in (centred, centred.displaced()))
     with_it = here.quick(full, runs)
     closes = here.quick(less, runs) - with_it
     left = there.quick([one for one in less if one not in biases], runs) - with_it
