@@ -28,8 +28,8 @@ _CASTS = 2
 """How many casts of bent rays are kept of a frame that is fitted on; of another one it is the last."""
 _KEPT = 1 << 27
 """Bytes of pictures that are kept of frames before those that are looked at, and of what straight rays meet."""
-_BYTES = 14
-"""Of a pixel in what its rays meet."""
+_BYTES = 24
+"""Of a pixel in what its rays meet, and in what effects make of it once."""
 
 
 class Replay:
@@ -45,7 +45,7 @@ class Replay:
         self._fields: dict[int, Fields] = {}
         self._met_straight: OrderedDict[tuple[object, ...], Geometry] = OrderedDict()
         self._lock = threading.Lock()
-        self._pasts: dict[Camera, tuple[list[Effect], list[Effect], Past]] = {}
+        self._past: tuple[tuple[Camera, list[Effect], list[Effect]], Past] | None = None
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
         """(rows, width) what is looked at of a frame, as the sensor with ``effects`` stores it."""
@@ -125,13 +125,14 @@ class Replay:
 
     def _past_of(self, effects: Sequence[Effect], pipeline: Pipeline) -> Past:
         """The frames before. They are kept while what the filters after them are fitted changes, and nothing else."""
-        making, bent, camera = in_camera(effects), bending(effects), pipeline.camera
+        making, camera = in_camera(effects), pipeline.camera
+        of = camera, making, bending(effects)
 
         def take(exposure: Exposure) -> NDArray[np.uint16]:
             return pipeline.store(self._made(pipeline, making, self._met(pipeline, effects, exposure), exposure, None))
 
-        kept = self._pasts.get(camera)
-        if kept is None or kept[:2] != (making, bent):
+        kept = self._past
+        if kept is None or kept[0] != of:
             most = max(_KEPT // (2 * camera.width * camera.height), 1)
-            kept = self._pasts[camera] = making, bent, Past(take, camera.rate, most)
-        return kept[2]
+            kept = self._past = of, Past(take, camera.rate, most)
+        return kept[1]
