@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-
 _OFTEN = 64
 """Frames: memory of a kind that none of so many has taken is given back, such as that of larger pictures."""
 
