@@ -99,12 +99,11 @@ class Search(Fitting):
         begun: list[Model] = []
         for model in [*screened, *self._passed_over(screened, so_far, earlier, trusted)]:
             self.say(f"fitting {model.parts[-1].effect}")
-            whole = self.fit(so_far.plus(model), 2, polished_below=0) if so_far else self.fit_roughly(model, 2)
+            whole = self.fit(so_far.plus(model) if so_far else model, 2, polished_below=0)
             for begin in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
                 whole = min(whole, self._fit(begin, 3, polished_below=0)[0], key=lambda fitted: fitted.loss)
             begun.append(whole)
-        # What a further cause closes may be too little to be fitted on a few frames.
-        _, target, roots = self._on(self.evidence.train if so_far else self._few)
+        _, target, roots = self._on(self.evidence.train)
         without = loss(target, roots(tuple(before)))
         least = min((whole.loss for whole in begun), default=np.inf)
         found = [self.validated(self._further(whole, least, without)) for whole in begun]
@@ -128,7 +127,7 @@ class Search(Fitting):
     def _further(self, model: Model, least: float, without: float) -> Model:
         """One of the leaders, fitted in full if it may win; what the others close is reported as it is.
 
-        least: the loss of the best of them, without: that of what is there already, on the frames that they are of.
+        least: the loss of the best of them, without: that of what is there already.
         """
         config = self.config.fit
         if model.loss > without or model.loss >= config.far_behind * least:
