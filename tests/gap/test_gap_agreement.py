@@ -475,3 +475,12 @@ def test_holes_among_what_another_cause_makes_are_its_own_formulas(
     why = marks.acts_on_another(validator, type(effect), before, (*before, effect))
     assert (why is not None) == is_theirs, why
     assert marks.acts_on_another(validator, type(effect), evidence.base, (*evidence.base, effect)) is None
+
+
+def test_what_a_filter_carries_on_is_not_made_of_what_another_cause_makes(scaled: Path) -> None:
+    """Behind a filter in time an effect changes the pixels of the frames after its own, too."""
+    evidence, _ = load_evidence(scaled, None, (DisparityNoise(sigma=0.05),))
+    before = (*evidence.base, effect_class("temporal_filter")(alpha=0.1, delta=5.0))
+    validator = Validator(evidence, evidence.held_out)
+    effect = HeavyTails(share=0.02, search=8)
+    assert marks.acts_on_another(validator, type(effect), before, (*before, effect)) is None

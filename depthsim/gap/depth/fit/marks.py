@@ -16,7 +16,7 @@ from depthsim.gap.depth.data.waves import strongest_wave
 from depthsim.gap.depth.fit import neighbours
 from depthsim.gap.depth.fit.changes import Effects, phases_apart
 from depthsim.gap.depth.fit.validate import Validator
-from depthsim.sensor.effect import Effect
+from depthsim.sensor.effect import Effect, physical_order
 
 
 def only_its_own(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
@@ -109,8 +109,12 @@ def acts_on_another(validator: Validator, effect: type[Effect], before: Effects,
     own = [one for one in after if one.id == effect.id and one not in before]
     if effect.kinds[0] not in ("missing", "tail") or effect.seen_on or not own or tuple(before) == base:
         return None
-    alone = (*(one for one in base if one.id != effect.id), *own)
-    by_itself, beside = validator.once(_pixels_changed, base, alone), validator.once(_pixels_changed, before, after)
+    # A filter that acts later carries on what the effect makes, and makes none itself.
+    earlier = tuple(one for one in before if physical_order(one) <= physical_order(own[0]))
+    by_itself, beside = (
+        validator.once(_pixels_changed, others, (*(one for one in others if one.id != effect.id), *own))
+        for others in (base, earlier)
+    )
     if by_itself >= validator.evidence.config.agreement.by_itself * beside:
         return None
     return f"changes what other causes make, and by itself {by_itself / beside:.0%} of as many pixels"
