@@ -50,6 +50,13 @@ def test_every_row_is_taken_at_its_own_time(readout: float) -> None:
     assert abs(measured.depth.mean() - DISTANCE) < 1e-5
 
 
+@pytest.mark.parametrize(("stamped", "row"), [(0.0, 0), (0.5, None), (1.0, -1)])
+def test_the_stamp_is_of_the_first_the_middle_or_the_last_row(stamped: float, row: int | None) -> None:
+    depth = measure(RollingShutter(readout=0.1, stamped=stamped)).depth
+    off = (depth.mean() if row is None else depth[row].mean()) - DISTANCE
+    assert abs(off) < SPEED * 0.1 / len(depth)  # a row
+
+
 def test_offset_and_shutter_add() -> None:
     measured = measure(RollingShutter(readout=0.05), TimeOffset(offset=0.1))
     assert np.abs(measured.depth - (DISTANCE - SPEED * (0.1 + 0.05 * ROWS))[:, None]).max() < 1e-5

@@ -46,14 +46,14 @@ class SkewedClock(Formula):
 
 
 class RowByRow(Formula):
-    """Rows in groups of eight, read one group after another about a moment near the stamp."""
+    """Rows in groups, read one group after another; the stamp is near the first, the middle or the last one's."""
 
     effect = "rolling_shutter"
     span = (2e-3, 0.08)
 
     def __init__(self, rng: Rng, film: Film) -> None:
         self.group = int(rng.choice([1, 4, 8]))
-        self.middle = float(rng.uniform(0.45, 0.55))
+        self.middle = float(rng.choice([0.0, 0.5, 1.0]) + rng.uniform(-0.05, 0.05))
 
     def delay(self, take: Take) -> Floats:
         """One for each row."""

@@ -7,7 +7,9 @@ from depthsim.sensor.view import View
 
 
 class RollingShutter(Effect):
-    """Row v of H is taken at stamp + readout · ((v + 1/2) / H - 1/2): the stamp is that of the middle row."""
+    """Row v of H is taken at stamp + readout · ((v + 1/2) / H - stamped): the stamp is that of the middle row, or of
+    the first or the last one, as the driver has it.
+    """
 
     id: ClassVar[str] = "rolling_shutter"
     stage: ClassVar[Stage] = Stage.POSE
@@ -18,6 +20,7 @@ class RollingShutter(Effect):
     )
     axes = ("motion", "image_row", "time", "edge_distance")
     kinds = ("bias", "spread", "tail")
+    forms: ClassVar = ({"stamped": 0.5}, {"stamped": 0.0}, {"stamped": 1.0})
     recording = "fast turns, which bend straight edges between the first row and the last"
 
     readout: float = parameter(
@@ -31,8 +34,18 @@ class RollingShutter(Effect):
         starts=(0.004, 0.03),
     )
 
+    stamped: float = parameter(
+        0.5,
+        low=0,
+        high=1,
+        unit="share",
+        about="where in the readout the stamp lies: 0 the first row, 1/2 the middle, 1 the last",
+        source="assumed: a driver that does not say else gives the middle of the exposure",
+        frozen=True,
+    )
+
     def bend(self, view: View) -> None:
         """Give every row the pose of its own time."""
         height = view.camera.whole.height
-        view.rows = view.stamp + self.readout * ((view.camera.rows + 0.5) / height - 0.5)
+        view.rows = view.stamp + self.readout * ((view.camera.rows + 0.5) / height - self.stamped)
         view.pose = view.motion.at(view.rows)
