@@ -96,7 +96,8 @@ def leaves(asked: Asked, k: int) -> str | None:
         uniform = whole * limit.mostly
     if not sure[first] or gap.varies[k, first] <= uniform:
         share = float(left.whole[k]) / whole
-        may_leave = limit.left_of_tails if KINDS[k] == "tail" else limit.left_of_uniform
+        tails_alone = KINDS[k] == "tail" and not _lies_by_its_axis(asked)
+        may_leave = limit.left_of_tails if tails_alone else limit.left_of_uniform
         return f"leaves {share:.0%} of the {WORDS[KINDS[k]]}" if share > most * may_leave else None
     strong = worth >= limit.strong * worth[first] if asked.alone else np.arange(len(worth)) == first
     for axis in map(int, np.flatnonzero(strong & sure & (gap.varies[k] > uniform))):
@@ -106,6 +107,20 @@ def leaves(asked: Asked, k: int) -> str | None:
         if share > (along[axis] if axis == first else limit.untouched):
             return f"leaves {share:.0%} of how {asked.change_along(k, axis)}"
     return None
+
+
+def _lies_by_its_axis(asked: Asked) -> bool:
+    """Whether most of the gap, all kinds together, lies along the axis that an effect is known by, and it closes that.
+
+    Where most pixels near an edge are off, their tails are seen as spread there: how many are left or brought is for
+    the formula.
+    """
+    along = worth_of(asked.validator, asked.gap, ALL)[1]
+    first, limit = int(np.argmax(along)), asked.limit
+    if asked.validator.evidence.axes[first].names != set(asked.effect.axes[:1]):
+        return False
+    most = asked.gap.varies[ALL, first] >= limit.all_along * asked.gap.whole[ALL]
+    return bool(most and asked.surely_left(ALL, first) <= limit.left_along)
 
 
 def is_beside_others(asked: Asked, k: int) -> bool:
@@ -313,6 +328,8 @@ def not_itself(asked: Asked) -> str | None:
         if k == ALL:
             share = asked.surely_left(k, axis)
             return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > limit.untouched else None
+        if kind == "tail" and _lies_by_its_axis(asked):
+            continue
         more = left.varies[k, axis] - gap.varies[k, axis] - limit.sure * left.chance[k, axis]
         if more > limit.idle * float(does.whole[k]):
             return f"makes {asked.change_along(k, axis)}, where the recording's do not"
