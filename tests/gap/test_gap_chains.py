@@ -374,3 +374,11 @@ def test_what_was_refused_leaves_no_room_for_a_lesser_name_of_its_kind(refused: 
 )
 def test_a_filter_takes_spread_away_by_a_formula_of_its_own(effect: str, kinds: list[str]) -> None:
     assert grow._formula_of(effect) == kinds
+
+
+@pytest.mark.parametrize(("acting", "ahead"), [(None, True), (0.6, True), (0.3, False)])
+def test_what_closes_most_is_trusted_where_what_acts_is_far_behind(acting: float | None, ahead: bool) -> None:
+    """Light beside a wave of the disparities, of which more noise on every material closes half."""
+    search = cast("Search", FakeSearch())
+    selected = None if acting is None else Trial(model("noise"), acting)
+    assert grow._is_far_ahead(search, Trial(model("light"), 0.2), selected) == ahead

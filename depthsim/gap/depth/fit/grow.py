@@ -19,17 +19,17 @@ from depthsim.sensor.parameter import learned_of
 def grow(search: Search, chain: Chain) -> None:
     """Every cause that is supported, into the chain.
 
-    Two causes may each leave what is the other's. So where none of the leaders acts where the gap lies, the one that
-    closes most is taken all the same, a few times, and asked again when the others are there.
+    Two causes may each leave what is the other's. So where none of the leaders acts where the gap lies, or one that is
+    far behind, the one that closes most is taken all the same, a few times, and asked again when the others are there.
     """
     while chain.model is None or len(chain.model.parts) < search.config.select.most_causes:
         if not search.leaves(chain.model, chain.score):
             break
         leaders = _leaders(search, chain)
         selected = _first_supported(search, chain, leaders)
-        if selected is None and len(chain.trusted) < search.config.select.trusted:
+        if len(chain.trusted) < search.config.select.trusted:
             itself = next((trial for trial in leaders if not search.stands_for_another(trial.model)), None)
-            if itself and _closes_enough(search, chain, itself, leaders):
+            if itself and _is_far_ahead(search, itself, selected) and _closes_enough(search, chain, itself, leaders):
                 selected = itself
                 chain.trust(itself.newest.effect)
         if chain.model is None:
@@ -42,6 +42,11 @@ def grow(search: Search, chain: Chain) -> None:
         if len(chain.model.parts) > 1:
             _prune(search, chain)
         chain.score = search.validator.score(chain.model.build(search.base))
+
+
+def _is_far_ahead(search: Search, itself: Trial, selected: Trial | None) -> bool:
+    """Whether what closes most is no rival of the leader that acts where the gap lies, if there is one."""
+    return selected is None or selected.gap - itself.gap > search.config.select.near * search.whole
 
 
 def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | None:
