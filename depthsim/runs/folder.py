@@ -30,7 +30,8 @@ class Run:
     files: the depth file of each frame. rgb_files: the intensity image nearest in time to each frame, None where
     there is none within half a frame. trajectory: the camera at the frames' stamps; truth: all poses of
     groundtruth.txt, which may be denser. meta: run.yaml, {} without one. left_out: numbers of objects that
-    :meth:`mask` leaves out.
+    :meth:`mask` leaves out. by_left: whether groundtruth.txt was taken to have the poses of the left imager, though the
+    pictures are aligned to colour.
 
     Every method takes the number of a frame and raises :class:`InputError` for a picture that is damaged or does not
     fit the camera.
@@ -44,6 +45,7 @@ class Run:
     rgb_files: tuple[Path | None, ...]
     meta: dict[str, Any]
     left_out: frozenset[int] = frozenset()
+    by_left: bool = False
 
     @classmethod
     def open(cls, path: str | Path, *, posed: bool = True) -> "Run":
@@ -104,8 +106,11 @@ class Run:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is to be known of the poses: how many frames lie in gaps of them."""
-        return gap_remarks(self.truth, self.stamps)
+        """What is to be known of the poses: whose they are, and how many frames lie in gaps of them."""
+        whose = (
+            "the pictures are aligned to colour, and groundtruth.txt has the poses of the left imager: taken as such"
+        )
+        return (*((whose,) if self.by_left else ()), *gap_remarks(self.truth, self.stamps))
 
     @property
     def scene(self) -> Path | None:
@@ -178,6 +183,11 @@ class Run:
         assert shown is not None  # or nothing could be left out
         seen = np.isin(shown, list(self.left_out), invert=True)
         return seen if trusted is None else trusted & seen
+
+    def posed_by_left(self) -> "Run":
+        """The same run, if groundtruth.txt has the left imager's poses: those of the camera of its pictures."""
+        moved = self.truth.beside(np.asarray(np.linalg.inv(self.camera.left_pose)))
+        return replace(self, truth=moved, trajectory=moved.at(self.stamps), by_left=True)
 
     def looking_at(self, objects: Iterable[str] = (), without: Iterable[str] = ()) -> "Run":
         """The same run with masks that leave out all but some ``objects``, where any are named, and those ``without``.

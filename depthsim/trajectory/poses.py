@@ -99,6 +99,14 @@ class Trajectory:
         positions[exact], quaternions[exact] = self.positions[after[exact]], self.quaternions[after[exact]]
         return Trajectory(wanted, positions, quaternions, self.name)
 
+    def beside(self, pose: Floats) -> "Trajectory":
+        """The poses of what stands at ``pose`` (4, 4) in the camera's frame and moves with it."""
+        from scipy.spatial.transform import Rotation
+
+        moved = self.matrices() @ pose
+        turns = Rotation.from_matrix(moved[:, :3, :3]).as_quat()
+        return Trajectory(self.stamps, moved[:, :3, 3], turns, self.name)
+
     def gaps(self, stamps: ArrayLike) -> Floats:
         """(N,) for each stamp inside the trajectory the length [s] of the gap that it lies in; 0 where it lies in none.
 
