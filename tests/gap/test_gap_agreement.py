@@ -167,13 +167,32 @@ def test_tails_that_are_left_are_of_something_else(left: float) -> None:
 
 @given(st.floats(0, 1.5))
 def test_pixels_in_between_leave_less_at_edges_of_all_kinds_together(left: float) -> None:
-    bound, axes = DepthConfig().agreement.untouched, [SimpleNamespace(name="edge_distance", kind=0), *AXES[1:]]
+    bound = DepthConfig().agreement.untouched
     gap = changes(TAIL, 0.0625, [0.0625, 0, 0])
     one = asked("flying_pixels", gap, changes(TAIL, 0.0, [0, 0, 0]), gap)
     one.left.varies[ALL, 0] = left * gap.varies[ALL, 0]  # a bias that the recording has not, say
-    evidence = SimpleNamespace(axes=axes, base=(), config=DepthConfig())
-    one = replace(one, validator=cast("Validator", SimpleNamespace(evidence=evidence)))
-    assert (rules.not_itself(one) is None) == (left <= bound)
+    assert (rules.not_itself(at_edges(one)) is None) == (left <= bound)
+
+
+def at_edges(one: Asked) -> Asked:
+    """The same, where the first axis is the distance from an edge."""
+    edge = SimpleNamespace(name="edge_distance", names={"edge_distance"}, kind=0, size=8, single=True)
+    evidence = SimpleNamespace(axes=[edge, *AXES[1:]], base=(), config=DepthConfig())
+    return replace(one, validator=cast("Validator", SimpleNamespace(evidence=evidence)))
+
+
+@given(st.floats(0, 1))
+def test_where_all_at_edges_is_closed_the_tails_there_are_for_the_formula(left: float) -> None:
+    """The mean of a footprint is no tail where most pixels have it: pixels in between bring some."""
+    gap, tails_left = changes(TAIL, 0.0625, [0.0, 0, 0]), changes(TAIL, 0.0, [0.04, 0, 0])
+    gap.varies[ALL, 0] = 1.0
+    one = asked("flying_pixels", gap, tails_left, changes(TAIL, 0.0625, [0.0625, 0, 0]))
+    one.left.varies[ALL, 0] = left
+    closed = left <= DepthConfig().agreement.left_along
+    assert (rules.not_itself(at_edges(one)) is None) == closed
+    tails_left.mean[TAIL] = 0.4 * 0.0625 - 0.04
+    why = rules.leaves(at_edges(asked("flying_pixels", gap, tails_left, one.does)), TAIL)
+    assert (why is None) == closed, why
 
 
 def test_what_another_cause_leaves_along_its_axis_is_not_asked_of_the_next() -> None:
