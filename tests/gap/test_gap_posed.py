@@ -11,7 +11,6 @@ from depthsim.camera import ColorCamera
 from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.data.posed import posed
 from depthsim.presets import preset
-from depthsim.raycast import Caster
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
@@ -34,11 +33,10 @@ def aligned(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 def test_poses_of_the_left_imager_are_told_from_those_of_the_colour_camera(aligned: Run) -> None:
-    caster = Caster(SCENE)
-    assert posed(aligned, caster) is aligned
+    assert posed(aligned, SCENE) is aligned
     left = aligned.truth.beside(aligned.camera.left_pose)
     run = replace(aligned, truth=left, trajectory=left.at(aligned.stamps))
-    found = posed(run, caster)
+    found = posed(run, SCENE)
     assert np.allclose(found.poses, aligned.poses, atol=1e-9)
     assert found.remarks[0].startswith(
         "the pictures are aligned to colour, and groundtruth.txt has the poses of the le"
@@ -54,4 +52,4 @@ def test_a_diagnosis_takes_the_poses_of_the_left_imager_as_such(aligned: Run) ->
 
 def test_pictures_of_the_left_imager_keep_their_poses(aligned: Run, tmp_path: Path) -> None:
     run = replace(aligned, camera=aligned.camera.left)
-    assert posed(run, Caster(SCENE)) is run
+    assert posed(run, SCENE) is run

@@ -8,7 +8,6 @@ from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.posed import posed
 from depthsim.materials import Materials, load_materials
-from depthsim.raycast import Caster
 from depthsim.runs.folder import Run, open_run
 from depthsim.scene import Scene
 from depthsim.scenefile.load import load_scene
@@ -30,7 +29,7 @@ def load_evidence(
     opened, known = open_run(run).looking_at(objects, without_objects), load_materials(materials)
     profile = _profile(opened, sensor)
     place = _scene(opened, scene, known)
-    return Evidence(posed(opened, Caster(place)), place, known, profile.effects, threads, config=config), profile
+    return Evidence(posed(opened, place), place, known, profile.effects, threads, config=config), profile
 
 
 def notes_of(evidence: Evidence) -> tuple[str, ...]:

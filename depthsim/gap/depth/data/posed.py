@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from depthsim.raycast import Caster
 from depthsim.runs.folder import Run
+from depthsim.scene import Scene
 from depthsim.units import SATURATED
 
 _FRAMES = 8
@@ -15,7 +16,7 @@ _BETTER = 0.01
 """Of the mean error, by which it must be less with the left imager's poses, besides in nearly all frames."""
 
 
-def posed(run: Run, caster: Caster) -> Run:
+def posed(run: Run, scene: Scene) -> Run:
     """The run with the poses of the camera that its pictures are seen from, where those given are the left imager's.
 
     Pictures that are aligned to colour are the colour camera's, and its place beside the left imager is known: with the
@@ -23,7 +24,7 @@ def posed(run: Run, caster: Caster) -> Run:
     """
     if not run.camera.aligned or np.abs(run.camera.left_pose - np.eye(4)).max() < 1e-3:
         return run
-    other = run.posed_by_left()
+    other, caster = run.posed_by_left(), Caster(scene)
     frames = np.unique(np.linspace(0, len(run) - 1, _FRAMES).round().astype(int))
     as_given, by_left = (np.array([_error(one, caster, int(i)) for i in frames]) for one in (run, other))
     less = as_given - by_left
