@@ -60,12 +60,5 @@ def estimate(run: Run, system: str, progress: Progress = lambda done, total: Non
         poses.append(np.array(pose, np.float64))
         given.append(index)
     seconds = time.monotonic() - begin
-    trajectory = to_trajectory(run.stamps[given], np.array(poses), f"estimate of {system}")
+    trajectory = Trajectory.of_matrices(run.stamps[given], np.array(poses), f"estimate of {system}")
     return Estimate(system, trajectory, len(run) - skipped, seconds)
-
-
-def to_trajectory(stamps: NDArray[np.float64], poses: NDArray[np.float64], name: str) -> Trajectory:
-    """(N, 4, 4) poses as a trajectory; a rotation that is off by rounding becomes the nearest one."""
-    from scipy.spatial.transform import Rotation
-
-    return Trajectory(stamps, poses[:, :3, 3], Rotation.from_matrix(poses[:, :3, :3]).as_quat(), name)

@@ -61,6 +61,13 @@ class Trajectory:
             array.flags.writeable = False
             object.__setattr__(self, key, array)
 
+    @classmethod
+    def of_matrices(cls, stamps: Floats, poses: Floats, name: str) -> "Trajectory":
+        """(N, 4, 4) poses as a trajectory; a rotation that is off by rounding becomes the nearest one."""
+        from scipy.spatial.transform import Rotation
+
+        return cls(stamps, poses[:, :3, 3], Rotation.from_matrix(poses[:, :3, :3]).as_quat(), name)
+
     def __len__(self) -> int:
         return len(self.stamps)
 
@@ -101,11 +108,7 @@ class Trajectory:
 
     def beside(self, pose: Floats) -> "Trajectory":
         """The poses of what stands at ``pose`` (4, 4) in the camera's frame and moves with it."""
-        from scipy.spatial.transform import Rotation
-
-        moved = self.matrices() @ pose
-        turns = Rotation.from_matrix(moved[:, :3, :3]).as_quat()
-        return Trajectory(self.stamps, moved[:, :3, 3], turns, self.name)
+        return Trajectory.of_matrices(self.stamps, self.matrices() @ pose, self.name)
 
     def gaps(self, stamps: ArrayLike) -> Floats:
         """(N,) for each stamp inside the trajectory the length [s] of the gap that it lies in; 0 where it lies in none.

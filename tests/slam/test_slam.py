@@ -14,7 +14,6 @@ from depthsim.errors import InputError
 from depthsim.odometry import SYSTEMS, estimate, score
 from depthsim.odometry.results import read_rows
 from depthsim.odometry.sweep import faster, noise_of, sweep
-from depthsim.odometry.systems import to_trajectory
 from depthsim.presets import preset
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
@@ -30,7 +29,7 @@ def room(tmp_path_factory) -> Run:
 
 
 def moved(path: Trajectory, by: np.ndarray) -> Trajectory:
-    return to_trajectory(path.stamps, by @ path.matrices(), "moved")
+    return Trajectory.of_matrices(path.stamps, by @ path.matrices(), "moved")
 
 
 def long_path() -> Trajectory:
