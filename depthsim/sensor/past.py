@@ -32,13 +32,17 @@ class Past:
             return None
         stamp, pose = now.motion.frame(now.index, now.stamp, back, self._rate)
         then = replace(now, index=now.index - back, stamp=stamp, pose=pose, scratch=now.scratch.inner())
-        with self._lock:
-            known = self._kept.get(_key(then))
+        known = self.known(then)
         if known is None:
             known = self._take(then)
             if known is not None:
                 self.keep(then, known)
         return known
+
+    def known(self, exposure: Exposure) -> Raw | None:
+        """(height, width) the picture of a frame, if it is kept. Not to be changed."""
+        with self._lock:
+            return self._kept.get(_key(exposure))
 
     def keep(self, exposure: Exposure, raw: Raw) -> None:
         """Keep a frame's picture, which nobody changes any more, in place of the one that was kept first."""

@@ -164,6 +164,17 @@ class Pipeline:
             self._process(frame, finishing, exposure, past)
         return frame
 
+    def process(self, raw: NDArray[np.uint16], effects: Sequence[Effect], exposure: Exposure, past: Past) -> Frame:
+        """The frame of a finished picture, (height, width) ``raw``, with the effects that are done to such pictures.
+
+        What it was cast from is not known any more.
+        """
+        depth = exposure.scratch.empty(raw.shape)
+        to_metres(raw, self.camera, depth)
+        frame = self._frame(Geometry.empty((0, 0), right=False), depth, exposure)
+        self._process(frame, effects, exposure, past)
+        return frame
+
     def store(self, frame: Frame, out: NDArray[np.uint16] | None = None) -> NDArray[np.uint16]:
         """(height, width) a frame as the camera stores it. out: memory for the result."""
         return to_depth_raw(frame.depth, frame.camera, frame.threads, out)
@@ -209,11 +220,6 @@ class Pipeline:
         """The frames before one, with those of the effects on the finished picture that have acted so far."""
         for back in range(min(count, now.index), 0, -1):
             raw = past.picture(now, back)
-            if raw is None:
-                continue
-            then = replace(now, index=now.index - back, scratch=now.scratch.inner())
-            depth = then.scratch.empty(raw.shape)
-            to_metres(raw, self.camera, depth)
-            frame = self._frame(Geometry.empty((0, 0), right=False), depth, then)
-            self._process(frame, effects, then, past)
-            yield frame
+            if raw is not None:
+                then = replace(now, index=now.index - back, scratch=now.scratch.inner())
+                yield self.process(raw, effects, then, past)

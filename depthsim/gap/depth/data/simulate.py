@@ -15,11 +15,18 @@ from depthsim.raycast import Caster, Geometry
 from depthsim.scratch import Scratch
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.exposure import Exposure
-from depthsim.sensor.frame import Frame
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.noise_field import Fields
 from depthsim.sensor.past import Past
-from depthsim.sensor.pipeline import Pipeline, all_of, bending, camera_for, in_camera, measuring_camera
+from depthsim.sensor.pipeline import (
+    Pipeline,
+    after_camera,
+    all_of,
+    bending,
+    camera_for,
+    in_camera,
+    measuring_camera,
+)
 
 SPREAD, FITTING, LOCATING = Seed("spread"), Seed("fitting"), (Seed("locating", 0), Seed("locating", 1))
 """The seeds of the simulations that the measure of errors is from, that parameters are fitted by, and of the two that
@@ -27,7 +34,9 @@ the gap is located by. No recording that is diagnosed can have been made by one 
 _CASTS = 2
 """How many casts of bent rays are kept of a frame that is fitted on; of another one it is the last."""
 _KEPT = 1 << 27
-"""Bytes of pictures that are kept of frames before those that are looked at, and of what straight rays meet."""
+"""Bytes of what straight rays meet that are kept."""
+_FINISHED = 1 << 26
+"""Bytes of finished pictures that are kept, of each band of rows that is looked at."""
 _BYTES = 24
 """Of a pixel in what its rays meet, and in what effects make of it once."""
 
@@ -45,7 +54,7 @@ class Replay:
         self._fields: dict[int, Fields] = {}
         self._met_straight: OrderedDict[tuple[object, ...], Geometry] = OrderedDict()
         self._lock = threading.Lock()
-        self._past: tuple[tuple[Camera, list[Effect], list[Effect]], Past] | None = None
+        self._finished: tuple[tuple[list[Effect], list[Effect]], dict[Camera, Past]] | None = None
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
         """(rows, width) what is looked at of a frame, as the sensor with ``effects`` stores it."""
@@ -56,9 +65,15 @@ class Replay:
         keeps = seed == FITTING and pipeline.camera.width <= 2 * camera.width
         fields = self._fields.setdefault(frame.index, {}) if keeps else None
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch, fields)
-        past = self._past_of(effects, pipeline) if any(effect.looks_back for effect in effects) else None
-        met = self._met(pipeline, effects, exposure, frame)
-        raw = pipeline.store(self._made(pipeline, effects, met, exposure, past))
+        if finishing := after_camera(effects):
+            past = self._past_of(effects, pipeline)
+            raw = past.known(exposure)
+            if raw is None:
+                raw = self._made(pipeline, effects, exposure, frame)
+                past.keep(exposure, raw)
+            raw = pipeline.store(pipeline.process(raw, finishing, exposure, past))
+        else:
+            raw = self._made(pipeline, effects, exposure, frame)
         return raw if raw.shape == camera.shape else np.ascontiguousarray(raw[: camera.height, : camera.width])
 
     def _sensor(self, effects: Sequence[Effect], camera: Camera) -> tuple[list[Effect], Pipeline]:
@@ -72,11 +87,13 @@ class Replay:
         return known[2], known[3]
 
     def _made(
-        self, pipeline: Pipeline, effects: Sequence[Effect], met: Geometry, exposure: Exposure, past: Past | None
-    ) -> Frame:
+        self, pipeline: Pipeline, effects: Sequence[Effect], exposure: Exposure, known: CleanFrame | None = None
+    ) -> NDArray[np.uint16]:
+        """The picture as it leaves the camera. known: as in :meth:`_met`."""
+        met = self._met(pipeline, effects, exposure, known)
         depth = exposure.scratch.empty(met.depth.shape)
         depth[:] = met.depth
-        return pipeline.apply(effects, met, depth, exposure, past)
+        return pipeline.store(pipeline.apply(in_camera(effects), met, depth, exposure))
 
     def _met(
         self, pipeline: Pipeline, effects: Sequence[Effect], exposure: Exposure, known: CleanFrame | None = None
@@ -124,15 +141,17 @@ class Replay:
         return met
 
     def _past_of(self, effects: Sequence[Effect], pipeline: Pipeline) -> Past:
-        """The frames before. They are kept while what the filters after them are fitted changes, and nothing else."""
+        """The finished pictures. They are kept while what is done to them changes, and nothing else."""
         making, camera = in_camera(effects), pipeline.camera
-        of = camera, making, bending(effects)
+        of = making, bending(effects)
 
         def take(exposure: Exposure) -> NDArray[np.uint16]:
-            return pipeline.store(self._made(pipeline, making, self._met(pipeline, effects, exposure), exposure, None))
+            return self._made(pipeline, effects, exposure)
 
-        kept = self._past
-        if kept is None or kept[0] != of:
-            most = max(_KEPT // (2 * camera.width * camera.height), 1)
-            kept = self._past = of, Past(take, camera.rate, most)
-        return kept[1]
+        with self._lock:
+            if self._finished is None or self._finished[0] != of:
+                self._finished = of, {}
+            kept = self._finished[1]
+            if camera not in kept:
+                kept[camera] = Past(take, camera.rate, max(_FINISHED // (2 * camera.width * camera.height), 1))
+            return kept[camera]
