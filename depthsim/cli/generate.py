@@ -56,6 +56,7 @@ def generate(
     from depthsim.runs import Run
     from depthsim.runs.generate import DEFAULT_STREAMS, IR_STREAMS
     from depthsim.runs.generate import generate as make
+    from depthsim.runs.pose_reference import with_poses_of_pictures
     from depthsim.scenefile import load_scene
     from depthsim.sensor import load_profile
     from depthsim.trajectory import load_trajectory
@@ -70,6 +71,7 @@ def generate(
     if ride:
         path = ride.camera.sampled(eye.rate, frames)
     elif model and trajectory is None:
+        model = with_poses_of_pictures(model, place)
         path, truth = model.trajectory.head(frames), model.dense
         for remark in model.remarks:
             print(f"{like}: {remark}", file=sys.stderr)

@@ -6,9 +6,9 @@ from pathlib import Path
 from depthsim.errors import InputError
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.posed import posed
 from depthsim.materials import Materials, load_materials
 from depthsim.runs.folder import Run, open_run
+from depthsim.runs.pose_reference import with_poses_of_pictures
 from depthsim.scene import Scene
 from depthsim.scenefile.load import load_scene
 from depthsim.sensor.effect import Effect
@@ -29,7 +29,8 @@ def load_evidence(
     opened, known = open_run(run).looking_at(objects, without_objects), load_materials(materials)
     profile = _profile(opened, sensor)
     place = _scene(opened, scene, known)
-    return Evidence(posed(opened, place), place, known, profile.effects, threads, config=config), profile
+    opened = with_poses_of_pictures(opened, place)
+    return Evidence(opened, place, known, profile.effects, threads, config=config), profile
 
 
 def notes_of(evidence: Evidence) -> tuple[str, ...]:

@@ -1,21 +1,24 @@
 """Aligned pictures whose poses are the left imager's."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from commands import depthsim_here
 
 from depthsim.camera import ColorCamera
 from depthsim.gap.depth.data.load import load_evidence
-from depthsim.gap.depth.data.posed import posed
 from depthsim.presets import preset
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
+from depthsim.runs.pose_reference import with_poses_of_pictures
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
 from depthsim.trajectory import load_trajectory
+from depthsim.trajectory.tum import write_tum
 
 SCENE = load_scene("office")
 
@@ -33,10 +36,10 @@ def aligned(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 def test_poses_of_the_left_imager_are_told_from_those_of_the_colour_camera(aligned: Run) -> None:
-    assert posed(aligned, SCENE) is aligned
+    assert with_poses_of_pictures(aligned, SCENE) is aligned
     left = aligned.truth.beside(aligned.camera.left_pose)
     run = replace(aligned, truth=left, trajectory=left.at(aligned.stamps))
-    found = posed(run, SCENE)
+    found = with_poses_of_pictures(run, SCENE)
     assert np.allclose(found.poses, aligned.poses, atol=1e-9)
     assert found.remarks[0].startswith(
         "the pictures are aligned to colour, and groundtruth.txt has the poses of the le"
@@ -52,4 +55,16 @@ def test_a_diagnosis_takes_the_poses_of_the_left_imager_as_such(aligned: Run) ->
 
 def test_pictures_of_the_left_imager_keep_their_poses(aligned: Run, tmp_path: Path) -> None:
     run = replace(aligned, camera=aligned.camera.left)
-    assert posed(run, SCENE) is run
+    assert with_poses_of_pictures(run, SCENE) is run
+
+
+def test_like_takes_the_poses_of_the_left_imager_as_such(aligned: Run, tmp_path: Path) -> None:
+    run = shutil.copytree(aligned.path, tmp_path / "run")
+    write_tum(aligned.truth.beside(aligned.camera.left_pose), run / "groundtruth.txt")
+    command = ["generate", "--like", str(run), "--out", str(tmp_path / "sim"), "--seed", "3", "--only-depth"]
+    result = depthsim_here(*command)
+    assert result.returncode == 0 and "the poses of the left imager" in result.stderr
+    made = Run.open(tmp_path / "sim")
+    assert np.allclose(made.poses, aligned.poses, atol=1e-6)
+    same = [(made.depth_raw(i) == aligned.depth_raw(i)).mean() for i in range(len(made))]
+    assert min(same) > 0.95  # but where a pose that was rounded moves an edge

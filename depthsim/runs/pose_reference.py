@@ -16,7 +16,7 @@ _BETTER = 0.01
 """Of the mean error, by which it must be less with the left imager's poses, besides in nearly all frames."""
 
 
-def posed(run: Run, scene: Scene) -> Run:
+def with_poses_of_pictures(run: Run, scene: Scene) -> Run:
     """The run with the poses of the camera that its pictures are seen from, where those given are the left imager's.
 
     Pictures that are aligned to colour are the colour camera's, and its place beside the left imager is known: with the
