@@ -228,6 +228,9 @@ class DepthAgreement(Section):
         0.05,
         "of what a bias or holes do: with less of it changing along the axis that they are known by, they are others",
     )
+    inseparable: float = _value(
+        0.01, "of what an effect does that makes several kinds of error together: with less of one, it is another"
+    )
     begins: float = _value(0.1, "of the pixels, where holes that grow along an axis are fewest: they begin there")
     beneath: float = _value(
         0.35, "of all holes over the simulator's, that are holes anywhere, if they lie where others begin"

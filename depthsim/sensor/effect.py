@@ -87,6 +87,8 @@ class Effect(BaseModel):
     """a parameter with a value for each material that does the same at any range: alike for all it is no material's"""
     shown: ClassVar[Mapping[str, float]] = {}
     """other values than the defaults, at which a single picture shows what it does"""
+    inseparable: ClassVar[bool] = False
+    """whether it makes all of its kinds wherever it makes one"""
     seen_on: ClassVar[tuple[str, ...]] = ()
     """effects without which it does nothing, such as a noise that it changes"""
 

@@ -471,6 +471,21 @@ def test_a_factor_that_is_alike_for_all_materials_is_none_of_theirs(
     assert rules.is_alike_for_all(validator, effect_class("fill_rate"), (), ()) is None
 
 
+@pytest.mark.parametrize("effect", ["ambient_light", "incidence_noise"])
+@pytest.mark.parametrize(("holes", "later"), [(0.0, ()), (0.1, ()), (0.0, ("hole_filling",))])
+def test_light_that_makes_noise_loses_pixels_too(effect: str, holes: float, later: tuple[str, ...]) -> None:
+    """But where they may have been filled; and of what makes noise alone it is not asked."""
+    one, other = changes(SPREAD, 0.0, [0.1, 0.5, 0.2]), changes(HOLES, 0.0, [holes, holes, 0])
+    both = replace(one, varies=one.varies + other.varies)
+    evidence = SimpleNamespace(axes=AXES, config=DepthConfig(), base=())
+    validator = cast("Validator", SimpleNamespace(evidence=evidence, once=lambda work, before, after: both))
+    kind, after = effect_class(effect), tuple(effect_class(name)() for name in (effect, *later))
+    why = rules.lacks_a_kind(validator, kind, after[1:], after)
+    assert (why is not None) == (effect == "ambient_light" and not holes and not later)
+    evidence.base = (kind(),)  # whose noise alone may be wrong
+    assert rules.lacks_a_kind(validator, kind, after[1:], after) is None
+
+
 @pytest.mark.parametrize(("varies", "same"), [(0.05, True), (0.2, False)])
 def test_a_gap_that_is_the_same_all_over(varies: float, same: bool) -> None:
     gap = changes(HOLES, 1.0, [varies, 0, 0])

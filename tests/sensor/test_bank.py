@@ -234,6 +234,18 @@ def test_two_kinds_of_holes_are_the_union_of_both(first: str, second: str) -> No
     assert np.array_equal(lost[0] | lost[1], lost[2])
 
 
+def test_a_mirror_that_is_bright_enough_loses_all_about_its_middle() -> None:
+    """Of a surface whose share of mirrored light is small, and never more than all."""
+    specular = effect_class("specular_dropout")
+    seen = [measure(specular(rate=rate, width=60)) for rate in (1.0, 20.0)]
+    geometry = measure().clean
+    plastic = geometry.tag == ROOM.scene.tags.index("plastic")
+    near = plastic & (geometry.cosine > np.cos(0.5))
+    assert (seen[1].depth[near] == 0).all() and near.sum() > 50
+    assert 0.05 < (seen[0].depth[near] == 0).mean() < 0.4
+    assert (seen[1].depth[plastic & (geometry.cosine < np.cos(np.radians(61)))] > 0).all()
+
+
 def test_a_border_is_empty_and_nothing_else_is() -> None:
     border = effect_class("empty_border")(left=2, right=30, top=7, bottom=1)
     lost = measure(border).depth == 0

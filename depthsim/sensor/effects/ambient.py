@@ -78,6 +78,7 @@ class AmbientLight(Effect):
     source: ClassVar[str] = "form assumed: the light that a matt surface catches of the sun"
     axes = ("surface", "height", "material")
     kinds = ("spread", "missing")
+    inseparable = True
     recording = "the same view with and without sun"
     forms = ({"gain": 0.0}, {"noise": 0.0})
 

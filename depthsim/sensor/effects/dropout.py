@@ -54,7 +54,7 @@ def _lose_by_mirror(start, stop, frame, key, chance_of_tag, sine2, tag, cosine, 
         z, t, c = depth[at:end], tag[at:end], cosine[at:end]
         for i in range(z.size):
             lobe = max(_ONE - (_ONE - c[i] * c[i]) / sine2, _ZERO)
-            chance[i] = chance_of_tag[t[i]] * lobe * lobe
+            chance[i] = min(chance_of_tag[t[i]] * lobe * lobe, _ONE)
         lose(at // BLOCK, frame, key, chance, words, uniforms, z)
 
 
@@ -203,7 +203,7 @@ class MaterialDropout(Effect):
 
 
 class SpecularDropout(Effect):
-    """Holes where a glossy surface mirrors the projector into the imager: chance = rate · share · (1 - s²)².
+    """Holes where a glossy surface mirrors the projector into the imager: chance = rate · share · (1 - s²)², at most 1.
 
     s = sin θ / sin width, θ the angle of incidence: the projector stands so close to the imager that the mirror's place
     is where the surface is met square on. share = gloss / (gloss + ir_reflectance) is the part of the returned light
@@ -220,12 +220,13 @@ class SpecularDropout(Effect):
     rate: float = parameter(
         1.0,
         low=0,
-        high=1,
+        high=20,
         unit="share",
         neutral=0,
-        about="share of holes in the middle of a mirror",
+        about="share of holes in the middle of a mirror; above 1, as many where that much less is mirrored",
         source="assumed",
-        starts=(0.6,),
+        starts=(0.6, 4.0),
+        scale="log",
     )
     width: float = parameter(
         15.0,

@@ -121,6 +121,7 @@ def disagreement(
     if why := (
         rules.is_idle(validator, effect, before, after)
         or rules.is_alike_for_all(validator, effect, before, after)
+        or rules.lacks_a_kind(validator, effect, before, after)
         or marks.unseen_step(validator, effect, before, after)
         or marks.holes_are_in_lines(validator, effect, after)
         or marks.brings_together(validator, effect, before, after)

@@ -9,6 +9,7 @@ from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, cost, done_by, w
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.parameter import learned_of
+from depthsim.sensor.pipeline import after_camera
 
 PLACES = {"image_position", "image_row", "image_column", "surface"}
 """Axes along which whatever is in a scene has a place, where the camera hardly moves."""
@@ -42,6 +43,21 @@ def is_alike_for_all(validator: Validator, effect: type[Effect], before: Effects
     if varies >= validator.evidence.config.agreement.of_material * float(does.whole[k]):
         return None
     return f"changes {WORDS[KINDS[k]]} by much the same on all materials"
+
+
+def lacks_a_kind(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether an effect that makes several kinds of error together, as it is fitted, makes its first one alone.
+
+    Such as sunlight that loses no pixels, for more noise of another kind. What is done to the finished picture may have
+    filled the holes.
+    """
+    there = any(effect.id == one.id for one in validator.evidence.base)
+    if not effect.inseparable or there or after_camera(after):
+        return None
+    whole = validator.once(done_by, before, after).whole
+    least = validator.evidence.config.agreement.inseparable * whole[ALL]
+    none = next((kind for kind in effect.kinds[1:] if whole[KINDS.index(kind)] < least), None)
+    return none and f"makes none of the {WORDS[none]} that go with its {WORDS[effect.kinds[0]]}"
 
 
 def shows_itself(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
