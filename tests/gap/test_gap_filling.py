@@ -15,7 +15,7 @@ from depthsim.gap.depth.fit import changes
 from depthsim.gap.depth.fit.changes import too_many_left
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import Search, is_filling
+from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, is_filling
 from depthsim.sensor.effect import effect_class, effect_ids
 
 if TYPE_CHECKING:
@@ -63,14 +63,16 @@ def test_a_simulator_without_too_many_holes_is_asked_for_none(monkeypatch: pytes
 
 def test_what_fills_holes() -> None:
     assert [effect for effect in effect_ids() if is_filling(effect)] == ["hole_filling"]
+    assert {effect for effect in effect_ids() if fills_besides(effect)} == {"decimation", "temporal_filter"}
 
 
-@pytest.mark.parametrize(("rate", "gone"), [(0.05, False), (1e-3, False), (1e-6, True)])
+@pytest.mark.parametrize(("rate", "gone"), [(0.049, False), (1e-3, False), (1e-6, True)])
 def test_holes_that_are_all_gone(rate: float, gone: bool) -> None:
     from depthsim.gap.depth.fit.candidates import Candidate, Free
 
     candidate = Candidate("fill_rate", (Free("rate", 1e-9, 1, True, 1.0),), {}, ((0.05,),))
     trial = Trial(Model((candidate,), candidate.encode((rate,))), 0.1)
     search = cast("Search", SimpleNamespace(base=(effect_class("fill_rate")(rate=0.05),)))
-    assert Search.is_gone(search, trial) == gone
-    assert not Search.is_gone(cast("Search", SimpleNamespace(base=())), trial)
+    assert Search.is_less(search, trial, GONE) == gone
+    assert Search.is_less(search, trial)
+    assert not Search.is_less(cast("Search", SimpleNamespace(base=())), trial)

@@ -10,7 +10,7 @@ from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import Search, is_filling
+from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, is_filling
 from depthsim.gap.selection import closes_enough
 from depthsim.sensor.effect import effect_class
 from depthsim.sensor.parameter import learned_of
@@ -127,8 +127,12 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         most = max((gap - c.gap for c in rivals), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
-    if any(map(is_filling, chain.named)) and search.is_gone(trial):  # what is filled by another formula has no holes
+    if any(map(is_filling, chain.named)) and search.is_less(
+        trial, GONE
+    ):  # what is filled by another formula has no holes
         return False
+    if any(map(fills_besides, chain.named)) and search.is_less(trial) and gained < limit.further * search.whole:
+        return False  # so has what is filled besides
     little = gained < limit.alike * search.whole
     if little and is_alike(trial.newest.effect, chain.named) and not search.lies_apart(trial.model):
         return False

@@ -12,9 +12,9 @@ from depthsim.gap.depth.fit.marks import makes_doubling, makes_steps
 from depthsim.gap.depth.fit.optimize import Model, loss, refine, start
 from depthsim.gap.depth.fit.rules import is_idle, shows_itself
 from depthsim.gap.selection import plainest
-from depthsim.sensor.effect import Effect, effect_class
+from depthsim.sensor.effect import Effect, Stage, effect_class
 
-_GONE = 17
+GONE = 17.0
 """A thousandth of what it was, as fits vary logarithms."""
 
 
@@ -118,7 +118,7 @@ class Search(Fitting):
         def plain(trial: Trial) -> tuple[bool, int]:
             # Holes that are all gone may as well be filled, as hardly a sensor loses nothing.
             alike = [len(other.newest.free) for other in found if is_filling(other.newest.effect)]
-            free = max([len(trial.newest.free), *(alike if self.is_gone(trial) else ())])
+            free = max([len(trial.newest.free), *(alike if self.is_less(trial, GONE) else ())])
             return not _is_known_by(trial.newest.effect, along), free
 
         first = plainest(found, lambda trial: trial.gap, plain, margin)
@@ -134,11 +134,11 @@ class Search(Fitting):
             return model
         return self.fit(model, 4, config.behind * least)
 
-    def is_gone(self, trial: Trial) -> bool:
-        """Whether an effect that the simulator has is fitted to be none, or next to none."""
+    def is_less(self, trial: Trial, by: float = 0.0) -> bool:
+        """Whether an effect that the simulator has is fitted to be less, by more than so many changes that matter."""
         newest, x = trial.newest, trial.model.split(trial.model.x)[-1]
         there = any(effect.id == newest.effect for effect in self.base)
-        return there and len(x) == 1 and newest.free[0].log and newest.encode(newest.starts[0])[0] - x[0] > _GONE
+        return there and len(x) == 1 and newest.free[0].log and newest.encode(newest.starts[0])[0] - x[0] > by
 
     def in_other_form(self, so_far: Model | None, trial: Trial) -> Trial | None:
         """An effect in the form that closes more than that of ``trial``, if one does; None for one with few parameters
@@ -299,6 +299,12 @@ def worth_a_look(gains: Mapping[int, float], most: int) -> list[int]:
 def is_filling(effect: str) -> bool:
     """Whether an effect fills holes of others."""
     return any(is_anywhere(other) for other in effect_class(effect).seen_on)
+
+
+def fills_besides(effect: str) -> bool:
+    """Whether an effect fills holes besides what it does to a finished picture."""
+    known = effect_class(effect)
+    return known.stage >= Stage.PROCESSING and known.kinds[0] in ("correlation", "spread") and "missing" in known.kinds
 
 
 def is_anywhere(effect: str) -> bool:
