@@ -56,5 +56,5 @@ def test_what_else_there_is_is_found_beside_tiles(tmp_path: Path) -> None:
     found = diagnose(run, scene=scene, sensor=BASE, without=sorted({*effect_ids()} - bank), tasks=False)
     assert {"decimation", "baseline_scale"} <= {cause.effect for cause in found.causes}
     decimation = next(cause for cause in found.causes if cause.effect == "decimation")
-    assert decimation.parameters == {"factor": 2, "upscaled": 1}
+    assert decimation.parameters == {"factor": 2, "upscaled": 1, "nearest": 1}
     assert found.gap.closed_fraction > 0.9

@@ -56,8 +56,8 @@ class Decimation(Effect):
     Holes do not count; of an even number the median is the lower one, and a mean is rounded down to whole units. The
     picture is smaller by the factor, both sides rounded up to a multiple of 4 with holes, and camera.yaml has its size
     and intrinsics as the driver has them: all four divided by the factor. Effects that follow work on the smaller one.
-    If it is ``upscaled``, as by other software, it has the size that it had, of tiles with one value each, means are
-    rounded to the nearest unit, and the median of an even number is the mean of the two in the middle.
+    Other software takes the mean of the two in the middle and rounds means to the nearest unit (``nearest``), or scales
+    the picture back to its size, of tiles with one value each (``upscaled``).
     """
 
     id: ClassVar[str] = "decimation"
@@ -87,6 +87,15 @@ class Decimation(Effect):
         source="librealsense, which leaves it smaller",
         frozen=True,
     )
+    nearest: int = parameter(
+        0,
+        low=0,
+        high=1,
+        unit="1",
+        about="1: of an even number the median is the mean of the two in the middle, means are rounded to the nearest",
+        source="librealsense, which takes the lower one and rounds down",
+        frozen=True,
+    )
 
     def stored(self, camera: Camera) -> Camera:
         """The smaller camera."""
@@ -105,7 +114,7 @@ class Decimation(Effect):
     @classmethod
     def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, Any]]:
         """Upscaled where the recording has tiles."""
-        return [{"upscaled": int(setting.tiled is not None)}]
+        return [{"upscaled": int(setting.tiled is not None), "nearest": nearest} for nearest in (0, 1)]
 
     @classmethod
     def possible(cls, setting: Setting) -> bool:
@@ -129,7 +138,7 @@ class Decimation(Effect):
         camera, unit = _resized(frame.camera, self._smaller), np.float32(frame.camera.depth_scale)
         depth = frame.depth
         small = frame.empty(np.float32, camera.shape)
-        split(_decimate, camera.height, frame.threads, self.factor, unit, bool(self.upscaled), depth, small)
+        split(_decimate, camera.height, frame.threads, self.factor, unit, bool(self.nearest), depth, small)
         if not self.upscaled:
             frame.resize(small, camera, self._thinned(frame.geometry, camera))
             return

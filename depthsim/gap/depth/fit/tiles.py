@@ -27,12 +27,12 @@ def select_tiled(
 
     find: the causes of frames whose sensor has the same decimation.
     """
-    shown = next((one for one in bank if one.effect == Decimation.id), None)
-    if evidence.tiled is None or shown is None:
+    shown = [one for one in bank if one.effect == Decimation.id]
+    if evidence.tiled is None or not shown:
         return None
     search = Search(evidence, validator, bank, evidence.base, say)
     say("taking the decimation that the tiles show")
-    alone = search.begin(shown, evidence.base)
+    alone = min((search.begin(one, evidence.base) for one in shown), key=lambda model: model.loss)
     base = alone.build(evidence.base)
     run, config = evidence.run, evidence.config
     beside = find(Evidence(run, evidence.scene, evidence.materials, base, evidence.threads, config=config))
