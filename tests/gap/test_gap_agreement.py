@@ -364,6 +364,8 @@ def test_many_parameters_leave_little_along_the_axis_that_an_effect_is_known_by(
     said = rules.leaves_own(replace(one, flexible=True), SPREAD)
     if min(abs(left - limit.left_of_own), abs(there - limit.uniform * (1 + there))) > 1e-9:
         assert (said is not None) == (left > limit.left_of_own and there > limit.uniform * (1 + there))
+    if left < limit.left_along:
+        assert rules.leaves_own(replace(one, flexible=True, nearly_all=True), SPREAD) is None
 
 
 @pytest.mark.parametrize(("surface", "is_right"), [(0.99, True), (0.9, False)])

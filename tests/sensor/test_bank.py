@@ -246,6 +246,12 @@ def test_a_mirror_that_is_bright_enough_loses_all_about_its_middle() -> None:
     assert (seen[1].depth[plastic & (geometry.cosine < np.cos(np.radians(61)))] > 0).all()
 
 
+@given(st.floats(0, 50), st.floats(8, 1024))
+def test_false_matches_are_no_holes(spread: float, search: float) -> None:
+    false = effect_class("heavy_tails")(share=1.0, spread=spread, search=search)
+    assert np.array_equal(measure(false).depth > 0, measure().depth > 0)
+
+
 def test_a_border_is_empty_and_nothing_else_is() -> None:
     border = effect_class("empty_border")(left=2, right=30, top=7, bottom=1)
     lost = measure(border).depth == 0

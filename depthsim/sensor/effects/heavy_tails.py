@@ -24,7 +24,8 @@ def _mismatch(start, stop, frame, key, share, search, spread, disparity):
         for i in range(d.size):
             u = min(max(place[i], _LEAST), _f(1) - _LEAST)
             off = spread * (_f(2) * u - _f(1)) / np.sqrt(_f(2) * u * (_f(1) - u))
-            false = max(d[i] + off, _f(0)) if spread > _f(0) else search * place[i]
+            off = off if d[i] + off > _f(0) else -off
+            false = d[i] + off if spread > _f(0) else search * place[i]
             false = false if chance[i] < share else d[i]
             d[i] = false if d[i] > _f(0) else _f(0)
 
@@ -33,7 +34,7 @@ class HeavyTails(Effect):
     """A share of the returns has a false disparity: uniform from 0 to ``search``, or its own plus ``spread`` · t.
 
     t is Student's with two degrees of freedom, (2u - 1) / √(2u (1 - u)) for a uniform u: false matches that lie near
-    the right one.
+    the right one, on its other side where there is no disparity. None is a hole.
     """
 
     id: ClassVar[str] = "heavy_tails"

@@ -129,9 +129,10 @@ def disagreement(
     ):
         return why
     was, least = validator.quick(before), validator.floor(before)
-    well = was - validator.quick(after) >= validator.evidence.config.agreement.well * (was - least)
-    asked = _asked(validator, effect, before, after)
-    why = _of_gap(replace(asked, alone=alone, flexible=flexible, closes_well=well))
+    limit, closed = validator.evidence.config.agreement, was - validator.quick(after)
+    well, all_of_it = (closed >= share * (was - least) for share in (limit.well, limit.nearly_all))
+    asked = replace(_asked(validator, effect, before, after), alone=alone, flexible=flexible)
+    why = _of_gap(replace(asked, closes_well=well, nearly_all=all_of_it))
     if why is None and alone:
         why = marks.comes_in_waves(validator, effect, after) or marks.stays_at_pixels(validator, effect, after)
     is_first = tuple(before) == validator.evidence.base

@@ -19,9 +19,10 @@ WORDS = {"bias": "biases", "spread": "spreads", "missing": "holes", "tail": "tai
 class Asked:
     """An effect that may be a cause. before: the others; gap, left: without and with it; does: what it changes.
 
-    alone, flexible: see :func:`agreement.disagreement`. closes_well: whether it closes most of the gap. takes_away:
-    whether it makes holes everywhere, as no other cause does, and ``before`` has more of it: how those change that the
-    recording has is not for it to say. filled: of an effect that fills holes, what is left where there were too many.
+    alone, flexible: see :func:`agreement.disagreement`. closes_well, nearly_all: whether it closes most of the gap, or
+    nearly all. takes_away: whether it makes holes everywhere, as no other cause does, and ``before`` has more of it:
+    how those change that the recording has is not for it to say. filled: of an effect that fills holes, what is left
+    where there were too many.
     """
 
     validator: Validator
@@ -35,6 +36,7 @@ class Asked:
     closes_well: bool
     takes_away: bool = False
     filled: float | None = None
+    nearly_all: bool = False
 
     def of(self, gap: Changes, left: Changes) -> "Asked":
         """The same, asked for a part of the gap."""

@@ -357,7 +357,7 @@ def leaves_own(asked: Asked, k: int) -> str | None:
 
     Whatever its formula, it follows what changes there. What changes along another axis it follows as well, at the cost
     of its own: light from above for noise that grows with the height. But for holes, which by two shapes may both lie
-    where there were none.
+    where there were none; and what closes nearly all may leave as much as one that has few.
     """
     limit, gap, does = asked.limit, asked.gap, asked.does
     if not asked.flexible or KINDS[k] == "missing" or gap.whole[k] < limit.acts * gap.whole[ALL]:
@@ -368,8 +368,8 @@ def leaves_own(asked: Asked, k: int) -> str | None:
     axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
     if gap.varies[k, axis] <= max(limit.uniform * gap.whole[k], limit.sure * gap.chance[k, axis]):
         return None
-    share = asked.surely_left(k, axis)
-    return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > limit.left_of_own else None
+    share, most = asked.surely_left(k, axis), limit.left_along if asked.nearly_all else limit.left_of_own
+    return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > most else None
 
 
 def of_pairs(asked: Asked) -> str | None:
