@@ -133,8 +133,16 @@ def test_other_pixels_keep_every_bit_in_clutter() -> None:
     assert (flying.depth > 0)[plain.depth > 0].all()
 
 
+@pytest.mark.parametrize("reach", [1, 2, 5])
+def test_flying_pixels_by_place_are_as_a_window_over_the_edge_sees_both_sides(reach: int) -> None:
+    d = disparity(measure(FlyingPixels(rate=1, reach=reach, by_place=1)))
+    ramp = 4 + STEP * np.clip((np.arange(CAMERA.width) - LEFT + reach + 1) / (2 * reach + 1), 0, 1)
+    np.testing.assert_allclose(d[:, : LEFT + 10], np.broadcast_to(ramp, d.shape)[:, : LEFT + 10], atol=2e-3)
+
+
+@pytest.mark.parametrize("by_place", [False, True])
 @pytest.mark.parametrize(("width", "reach", "step"), [(7, 1, 0.5), (13, 3, 1.0), (33, 2, 3.0)])
-def test_depths_in_between_by_their_definition(width: int, reach: int, step: float) -> None:
+def test_depths_in_between_by_their_definition(width: int, reach: int, step: float, by_place: bool) -> None:
     """Pictures with holes, pixel by pixel: the kernel looks at a patch of them at once."""
     random = np.random.default_rng(width)
     height, focal_baseline = 11, np.float32(10)
@@ -144,7 +152,7 @@ def test_depths_in_between_by_their_definition(width: int, reach: int, step: flo
     chance, weight = (random.random((3, -(-width // 4)), np.float32) for _ in range(2))
     depth, wanted = measured.copy(), measured.copy()
     _mix(
-        0, depth.size, width, reach, np.float32(0.5), np.float32(step), focal_baseline, chance, weight,
+        0, depth.size, width, reach, np.float32(0.5), np.float32(step), by_place, focal_baseline, chance, weight,
         clean.reshape(-1), measured.reshape(-1), depth.reshape(-1),
     )  # fmt: skip
     valid = (clean > 0) & (measured > 0)
@@ -154,7 +162,8 @@ def test_depths_in_between_by_their_definition(width: int, reach: int, step: flo
         apart = np.nan_to_num(np.abs(d[rows, columns] - d[v, u]))
         if apart.max() > step:
             own, other = measured[v, u], measured[rows, columns].reshape(-1)[apart.argmax()]
-            wanted[v, u] = own * other / (other + weight[v // 4, u // 4] * (own - other))
+            w = np.float32((apart > apart.max() / 2).sum() / apart.size) if by_place else weight[v // 4, u // 4]
+            wanted[v, u] = own * other / (other + w * (own - other))
     assert (wanted != measured).mean() > 0.05
     np.testing.assert_array_equal(depth, wanted)
 

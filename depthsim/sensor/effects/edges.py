@@ -152,7 +152,7 @@ class EdgeFattening(Effect):
 
 
 @kernel
-def _mix(start, stop, width, reach, rate, step, focal_baseline, chance, weight, clean, measured, depth):
+def _mix(start, stop, width, reach, rate, step, by_place, focal_baseline, chance, weight, clean, measured, depth):
     """Mix the pixels of the drawn patches; rows ``start`` to ``stop``, in pixels."""
     height, disparity = clean.size // width, np.empty((2 * reach + 1, _PATCH + 2 * reach), np.float32)
     for v in range(start // width, stop // width):
@@ -174,19 +174,27 @@ def _mix(start, stop, width, reach, rate, step, focal_baseline, chance, weight, 
                 continue
             for u in range(first, min(first + _PATCH, width)):
                 own, widest, other, i = disparity[v - top, u - left], step, -1, v * width + u
+                begin, past = max(u - reach, 0), min(u + reach + 1, width)
                 for y in range(top, below):
-                    for x in range(max(u - reach, 0), min(u + reach + 1, width)):
+                    for x in range(begin, past):
                         if abs(disparity[y - top, x - left] - own) > widest:
                             widest, other = abs(disparity[y - top, x - left] - own), y * width + x
+                if other >= 0 and by_place:
+                    beyond = 0
+                    for y in range(top, below):
+                        for x in range(begin, past):
+                            beyond += abs(disparity[y - top, x - left] - own) > _f(0.5) * widest
+                    w = _f(beyond) / _f((below - top) * (past - begin))
                 if other >= 0:
                     depth[i] = measured[i] * measured[other] / (measured[other] + w * (measured[i] - measured[other]))
 
 
 class FlyingPixels(Effect):
-    """Depths in between at depth edges: the disparity is (1 - w)·d + w·d', w uniform, d' from across the edge.
+    """Depths in between at depth edges: the disparity is (1 - w)·d + w·d', d' from across the edge.
 
     An edge is where the disparity steps by more than ``step`` within ``reach`` rows and columns; d' is the one there
-    that differs most. Whole patches of 4x4 pixels are drawn, of which those near an edge are mixed.
+    that differs most. Whole patches of 4x4 pixels are drawn, of which those near an edge are mixed, by a uniform w for
+    each patch; or ``by_place``: w is how much of the window around a pixel lies across the edge.
     """
 
     id: ClassVar[str] = "flying_pixels"
@@ -196,6 +204,7 @@ class FlyingPixels(Effect):
     axes = ("edge_distance", "residual_tail")
     kinds = ("tail", "spread")
     recording = "a thin object before a far background"
+    forms: ClassVar = ({"by_place": 0}, {"by_place": 1})
     shown: ClassVar = {"rate": 0.5}
 
     rate: float = parameter(
@@ -220,6 +229,15 @@ class FlyingPixels(Effect):
         source="assumed",
         starts=(0.3, 1.0),
     )
+    by_place: int = parameter(
+        0,
+        low=0,
+        high=1,
+        unit="1",
+        about="1: both sides are mixed by how much of each is in the window of ``reach``; 0: by chance",
+        source="a matching window over an edge sees both surfaces",
+        frozen=True,
+    )
 
     def apply(self, frame: Frame) -> None:
         """Mix the drawn pixels with what is across the edge."""
@@ -227,7 +245,7 @@ class FlyingPixels(Effect):
         patches, measured = (-(-frame.camera.height // _PATCH), -(-width // _PATCH)), frame.empty().reshape(-1)
         measured[:] = depth
         frame.run(
-            _mix, width, self.reach, _f(self.rate), _f(self.step), _f(frame.camera.focal_baseline),
+            _mix, width, self.reach, _f(self.rate), _f(self.step), bool(self.by_place), _f(frame.camera.focal_baseline),
             draws.uniform(patches), draws.uniform(patches, stream=1), frame.geometry.depth.reshape(-1), measured,
             depth, multiple=width,
         )  # fmt: skip

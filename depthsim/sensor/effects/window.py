@@ -66,7 +66,7 @@ class MatchingWindow(Effect):
     step: float = parameter(
         4.0,
         low=0.1,
-        high=64,
+        high=8,
         unit="px",
         about="the mean is of what differs by less",
         source="librealsense, src/ds/advanced_mode/presets.cpp: rsm.diffThresh of the default preset",

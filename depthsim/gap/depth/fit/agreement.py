@@ -159,8 +159,10 @@ def _answers(asked: Asked, k: int) -> bool:
         return False  # what is left is by the formula of that one
     if kind == "tail":  # edges that lie elsewhere make tails, too
         return primary
-    if effect.kinds[0] == "tail" and asked.gap.whole[k] < least * asked.gap.whole[ALL]:  # it has some spread
-        return False
+    if effect.kinds[0] == "tail":  # it has some spread; what is left of another cause's is by the formula of that one
+        theirs = any(kind in cause.kinds for cause in asked.named)
+        if theirs or asked.gap.whole[k] < least * asked.gap.whole[ALL]:
+            return False
     much = bool(asked.does.whole[k] >= least * asked.does.whole[ALL])
     return kind in effect.kinds and (much or (primary and asked.learned))
 
