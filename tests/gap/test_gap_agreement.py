@@ -231,6 +231,17 @@ def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: f
     assert "along range" in str(rules.leaves(alone, HOLES))
 
 
+@pytest.mark.parametrize(("left", "refused"), [(0.01, False), (0.2, True)])
+def test_what_acted_before_steps_leaves_next_to_nothing_along_their_axis(left: float, refused: bool) -> None:
+    """An offset of coarse steps makes biases that change with the phase most, as what another origin leaves does."""
+    gap = changes(BIAS, 0.01, [0.01, 0.1, 0])
+    steps = (effect_class("material_noise")(),)  # in the place of the steps: the axes here have no phase
+    one = asked("disparity_offset", gap, changes(BIAS, 0.0, [0, 0.1 * left, 0]), gap, before=steps)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(effect_class("material_noise"), "kinds", ("spread", "bias"))
+        assert (rules.is_of(one, BIAS) is not None) == refused
+
+
 @given(st.floats(0, 1), st.sampled_from(["baseline_scale", "disparity_offset"]))
 def test_a_law_of_the_range_leaves_next_to_nothing_along_it(left: float, effect: str) -> None:
     """Where most of the change is along something else than the range, by which other laws come near, too."""

@@ -119,7 +119,8 @@ class SubpixelBias(Effect):
 class DisparityQuantization(Effect):
     """The disparity is rounded to whole multiples of ``step``, halves up.
 
-    Other cameras' steps may begin elsewhere, or be cut off: (⌊d/step - origin + (1 - down)/2⌋ + origin)·step.
+    Other cameras' steps may begin elsewhere, or be cut off: (⌊d/step - origin + (1 - down)/2⌋ + origin)·step. A fit
+    tries both, and nothing between: what is off by less or more is an offset of the disparity.
     """
 
     id: ClassVar[str] = "disparity_quantization"
@@ -132,7 +133,7 @@ class DisparityQuantization(Effect):
     axes = ("disparity_phase", "range", "pixel_neighbours", "residual_tail")
     kinds = ("spread", "bias", "correlation", "tail")
     recording = "a slanted wall far away, where one step of the disparity is wide"
-    forms = ({"origin": 0.0, "down": 0.0}, {"down": 0.0}, {"origin": 0.0})
+    forms = ({"origin": 0.0, "down": 0.0}, {"down": 0.0}, {"origin": 0.0, "down": 1.0})
 
     step: float = parameter(
         1 / 32,
@@ -161,7 +162,7 @@ class DisparityQuantization(Effect):
         unit="1",
         about="0: to the nearest step, 1: to the one below, -1: above",
         source="the same",
-        starts=(1.0,),
+        frozen=True,
     )
 
     @classmethod
@@ -169,8 +170,12 @@ class DisparityQuantization(Effect):
         """The steps that the recording's disparities have, if they have any: no fit finds them as finely."""
         if setting.steps is None:
             return cls.forms
-        step, origin = setting.steps
-        return [{"step": step, "origin": origin}]
+        return [{"origin": setting.steps[1], "down": down} for down in (0.0, 1.0)]
+
+    @classmethod
+    def bounds_in(cls, setting: Setting) -> Mapping[str, tuple[float, float]]:
+        """The same of how wide they are."""
+        return {} if setting.steps is None else {"step": (setting.steps[0], setting.steps[0])}
 
     def apply(self, frame: Frame) -> None:
         """Round every disparity."""

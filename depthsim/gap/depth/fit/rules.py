@@ -193,10 +193,11 @@ def _first(asked: Asked, k: int) -> int:
 def is_of(asked: Asked, k: int) -> str | None:
     """Whether a kind of gap changes first along an axis of another cause of that kind, and none of the effect's.
 
-    Then it is what that cause's own formula leaves, which many another effect takes up.
+    Then it is what that cause's own formula leaves, which many another effect takes up, as far as it can: next to
+    nothing is left by what acted before the cause, such as an offset before steps.
     """
     first, gap = _first(asked, k), asked.gap
-    if _is_more(asked, k):
+    if _is_more(asked, k) or asked.surely_left(k, first) <= asked.limit.left_by_exact:
         return None
     sure, _ = worth_of(asked.validator, gap, k)
     if not sure[first] or asked.own[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
