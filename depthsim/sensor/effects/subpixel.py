@@ -174,7 +174,7 @@ class DisparityQuantization(Effect):
 
     @classmethod
     def bounds_in(cls, setting: Setting) -> Mapping[str, tuple[float, float]]:
-        """The same of how wide they are."""
+        """Their width, likewise."""
         return {} if setting.steps is None else {"step": (setting.steps[0], setting.steps[0])}
 
     def apply(self, frame: Frame) -> None:

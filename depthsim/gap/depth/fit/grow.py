@@ -127,12 +127,11 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         most = max((gap - c.gap for c in rivals), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
-    if any(map(is_filling, chain.named)) and search.is_less(
-        trial, GONE
-    ):  # what is filled by another formula has no holes
+    # What is filled by another formula has no holes, and what is filled besides has fewer.
+    if any(map(is_filling, chain.named)) and search.is_less(trial, GONE):
         return False
     if any(map(fills_besides, chain.named)) and search.is_less(trial) and gained < limit.further * search.whole:
-        return False  # so has what is filled besides
+        return False
     little = gained < limit.alike * search.whole
     if little and is_alike(trial.newest.effect, chain.named) and not search.lies_apart(trial.model):
         return False
