@@ -8,7 +8,7 @@ from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_a
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes, holes_lie_apart
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
-from depthsim.gap.depth.fit.marks import makes_doubling, makes_steps
+from depthsim.gap.depth.fit.marks import brings_together, makes_doubling, makes_steps
 from depthsim.gap.depth.fit.optimize import Model, loss, refine, start
 from depthsim.gap.depth.fit.rules import is_idle, shows_itself
 from depthsim.gap.selection import plainest
@@ -62,8 +62,10 @@ class Search(Fitting):
         return makes_steps(self.validator, *self._newest(model))
 
     def stands_for_another(self, model: Model) -> bool:
-        """Whether the newest part of a model, as it is fitted, is not itself: its place is another one's."""
-        return is_idle(self.validator, *self._newest(model)) is not None
+        """Whether the newest part of a model, as it is fitted, is not itself, or makes neighbours go together that do
+        not in the recording: its place is another one's, and no cause beside it makes it right."""
+        newest = (self.validator, *self._newest(model))
+        return (is_idle(*newest) or brings_together(*newest)) is not None
 
     def shows_itself(self, model: Model, number: int) -> bool:
         """Whether one part of a model, as it is fitted, makes what it is known by."""
