@@ -4,6 +4,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from depthsim.sensor.exposure import Exposure
 
 Raw = NDArray[np.uint16]
+Made = TypeVar("Made", Raw, Raw | None)
 
 
 class Past:
@@ -32,17 +34,17 @@ class Past:
             return None
         stamp, pose = now.motion.frame(now.index, now.stamp, back, self._rate)
         then = replace(now, index=now.index - back, stamp=stamp, pose=pose, scratch=now.scratch.inner())
-        known = self.known(then)
-        if known is None:
-            known = self._take(then)
-            if known is not None:
-                self.keep(then, known)
-        return known
+        return self.of(then, self._take)
 
-    def known(self, exposure: Exposure) -> Raw | None:
-        """(height, width) the picture of a frame, if it is kept. Not to be changed."""
+    def of(self, exposure: Exposure, take: Callable[[Exposure], Made]) -> Raw | Made:
+        """(height, width) the picture of a frame as it is kept, or as ``take`` makes it. Not to be changed."""
         with self._lock:
-            return self._kept.get(_key(exposure))
+            known = self._kept.get(_key(exposure))
+        if known is None:
+            known = take(exposure)
+            if known is not None:
+                self.keep(exposure, known)
+        return known
 
     def keep(self, exposure: Exposure, raw: Raw) -> None:
         """Keep a frame's picture, which nobody changes any more, in place of the one that was kept first."""

@@ -67,11 +67,8 @@ class Replay:
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch, fields)
         if finishing := after_camera(effects):
             past = self._past_of(effects, pipeline)
-            raw = past.known(exposure)
-            if raw is None:
-                raw = self._made(pipeline, effects, exposure, frame)
-                past.keep(exposure, raw)
-            raw = pipeline.store(pipeline.process(raw, finishing, exposure, past))
+            finished = past.of(exposure, lambda now: self._made(pipeline, effects, now, frame))
+            raw = pipeline.store(pipeline.process(finished, finishing, exposure, past))
         else:
             raw = self._made(pipeline, effects, exposure, frame)
         return raw if raw.shape == camera.shape else np.ascontiguousarray(raw[: camera.height, : camera.width])
