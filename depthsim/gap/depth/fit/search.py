@@ -112,9 +112,13 @@ class Search(Fitting):
         found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well one that is known by where the gap changes first comes first, and then the
         # plainest: holes everywhere before holes on every material.
-        margin = self.config.select.tied * self.whole
-        if so_far and found and self.is_flexible(found[0].newest):  # it takes up some of what is still to be found, too
-            margin = max(margin, self.config.select.taken_up * (self.validated(so_far).gap - found[0].gap))
+        margin, limit = self.config.select.tied * self.whole, self.config.select
+        if so_far and found:
+            much = limit.taken_up * (self.validated(so_far).gap - found[0].gap)
+            # Behind a large cause the whole gap is no measure, but chance is. What has many parameters takes up some
+            # of what is still to be found, too.
+            least = self.config.significance.faint * self.floor
+            margin = max(much if self.is_flexible(found[0].newest) else min(margin, much), least)
         along = first_axes(self.validator, before)
 
         def plain(trial: Trial) -> tuple[bool, int]:
