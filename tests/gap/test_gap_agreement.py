@@ -195,6 +195,18 @@ def test_where_all_at_edges_is_closed_the_tails_there_are_for_the_formula(left: 
     assert (why is None) == closed, why
 
 
+@given(st.floats(0, 0.2), st.floats(0, 1))
+def test_outliers_anywhere_lie_away_from_the_edges_too(anywhere: float, left: float) -> None:
+    """False matches beside pixels in between, of which another formula leaves some along the edges."""
+    bound = DepthConfig().agreement
+    gap = changes(TAIL, anywhere, [0.125, 0, 0])
+    still = changes(TAIL, anywhere * left, [0.0625, 0, 0])
+    one = asked("heavy_tails", gap, still, gap, before=(effect_class("flying_pixels")(),))
+    why = rules.is_of(at_edges(replace(one, closes_well=False)), TAIL)
+    lie_anywhere = anywhere >= bound.beside * 0.125 and anywhere * left <= bound.near_floor * anywhere
+    assert (why is None) == lie_anywhere, why
+
+
 def test_what_another_cause_leaves_along_its_axis_is_not_asked_of_the_next() -> None:
     gap, left = changes(BIAS, 0.1, [0.02, 0.03, 0]), changes(BIAS, 0.0, [0, 0.03, 0])
     alone = asked("disparity_offset", gap, left, changes(BIAS, 0.1, [0.02, 0, 0]))

@@ -202,10 +202,23 @@ def is_of(asked: Asked, k: int) -> str | None:
     sure, _ = worth_of(asked.validator, gap, k)
     if not sure[first] or asked.own[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
         return None
+    if _lie_anywhere(asked, k, first):
+        return None
     cause = next(iter(asked.others(first, k)), None)
     if cause is None:
         return None
     return f"is for what {cause.id} leaves along {asked.validator.evidence.axes[first].name.replace('_', ' ')}"
+
+
+def _lie_anywhere(asked: Asked, k: int, axis: int) -> bool:
+    """Whether outliers that an effect makes wherever pixels are lie all along an axis, too, and it closes these.
+
+    What is left by the formula of what makes them in some places is little in the mean over all.
+    """
+    if KINDS[k] != "tail" or asked.effect.axes != ("residual_tail",):
+        return False
+    whole, left = float(asked.gap.mean[k, axis]), float(asked.left.mean[k, axis])
+    return whole >= asked.limit.beside * asked.gap.varies[k, axis] and left <= asked.limit.near_floor * whole
 
 
 def leaves_elsewhere(asked: Asked, k: int) -> str | None:
