@@ -116,6 +116,19 @@ def test_limits_may_cut_the_true_depth(effect: Effect) -> None:
     assert 0 < beyond.mean() < 1
 
 
+@pytest.mark.parametrize("reach", [1, 3])
+def test_what_is_too_near_takes_its_surroundings_with_it(reach: int) -> None:
+    sensor = MaterialNoise(floor=0.05), RangeDropout(rate=0.2)
+    plain, near = measure(*sensor).depth, measure(*sensor, MinRange(depth=1.3)).depth
+    lost = np.argwhere((plain > 0) & (near == 0))
+    expected = plain.copy()
+    for v, u in lost:
+        expected[max(v - reach, 0) : v + reach + 1, max(u - reach, 0) : u + reach + 1] = 0
+    wide = measure(*sensor, MinRange(depth=1.3, reach=reach)).depth
+    assert np.array_equal(wide, expected)
+    assert len(lost) and ((wide == 0) & (near > 0)).any() and (wide > 0).any()
+
+
 @pytest.mark.parametrize("error", [0.0, 1.0])
 def test_soft_limits_are_logistic(error: float) -> None:
     measured = measure(MaxRange(depth=1.7, softness=0.2, error=error))

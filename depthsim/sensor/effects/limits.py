@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter
 
 from depthsim.kernels import kernel
 from depthsim.sensor.effect import Effect, Stage, parameter
@@ -59,7 +60,10 @@ def _beyond(frame: Frame, name: str, limit: float, softness: float, error: float
 
 
 class MinRange(Effect):
-    """No depth nearer than ``depth``: the search ends at a widest disparity D, so f·b / D is the least depth."""
+    """No depth nearer than ``depth``: the search ends at a widest disparity D, so f·b / D is the least depth.
+
+    Nor within ``reach`` rows and columns of what is nearer, where the window of a matcher lies over it.
+    """
 
     id: ClassVar[str] = "min_range"
     stage: ClassVar[Stage] = Stage.HOLES
@@ -68,7 +72,12 @@ class MinRange(Effect):
     axes = ("range",)
     kinds = ("missing",)
     recording = "one material in to ranges where holes begin"
-    forms = ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0})
+    forms = (
+        {"softness": 0.0, "error": 1.0, "reach": 0},
+        {"error": 1.0, "reach": 0},
+        {"error": 0.0, "reach": 0},
+        {"softness": 0.0, "error": 1.0},
+    )
     shown: ClassVar = {"depth": 1.5}
 
     depth: float = parameter(
@@ -84,10 +93,23 @@ class MinRange(Effect):
     )
     softness: float = _softness(0.03)
     error: float = _error()
+    reach: int = parameter(
+        0,
+        low=0,
+        high=8,
+        unit="px",
+        about="how far around what is nearer depths are lost, too",
+        source="none: a window that sees something nearer may still match what is behind",
+        starts=(2,),
+    )
 
     def apply(self, frame: Frame) -> None:
         """Set what is nearer to 0."""
-        if self.softness == 0 and self.error == 1:
+        if self.reach:
+            beyond = _beyond(frame, self.id, self.depth, self.softness, self.error)
+            nearest = minimum_filter(np.where(frame.depth > 0, beyond, np.inf), 2 * self.reach + 1, mode="nearest")
+            frame.depth[nearest < 0] = 0
+        elif self.softness == 0 and self.error == 1:
             frame.run(keep_between, np.float32(self.depth), np.float32(np.inf), frame.depth.reshape(-1))
         else:
             frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error) < 0] = 0
