@@ -150,7 +150,7 @@ class DepthSelect(Section):
         0.1, "of the whole gap, that a further cause must close where another makes the same error along the same axis"
     )
     flexible: int = _count(4, "parameters, with which an effect can take up much of what is another's")
-    taken_up: float = _value(0.1, "of what it closes, by which a flexible further cause must be ahead of a plain one")
+    taken_up: float = _value(0.1, "of what it closes, by which a further cause must be ahead of a plainer one")
     tied: float = _value(0.01, "difference of what two close, below which they are ties, however sure it is")
     near: float = _value(0.15, "difference of what two close, above which they are no rivals for a tie")
     near_of_cause: float = _value(0.3, "the same as a part of what the better one closes")
@@ -174,7 +174,8 @@ class DepthAgreement(Section):
     strong: float = _value(0.6, "of what changes along the first axis: with so much, an axis must not stay untouched")
     beside: float = _value(
         0.5,
-        "of what changes along an axis of another cause: with so much along one of its own, a cause is asked for that",
+        "of what changes along an axis of another cause: with so much along one of its own, or alike all along it, a "
+        "cause is asked for that",
     )
     left_along: float = _value(0.5, "of what changes along the first axis, that a cause may leave")
     well: float = _value(
