@@ -210,7 +210,9 @@ class DepthAgreement(Section):
         "times what a simulated spectrum of errors rises: with more in the recording, they are waves and no noise",
     )
     locked: float = _value(
-        0.2, "by which signs of errors at a pixel go together more than simulated ones: with more, noise is no cause"
+        0.2,
+        "by which signs of errors at a pixel, or at a place in the scene, go together more than simulated ones: with "
+        "more, noise is no cause",
     )
     brought_together: float = _value(
         0.03, "of a correlation of neighbours: one that is farther from the recording's by more is another's"

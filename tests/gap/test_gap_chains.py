@@ -37,6 +37,7 @@ class FakeSearch:
         self.goes_together = lambda of: False
         self.refined = lambda of: of
         self.leaves = lambda of, score: True
+        self.is_early = lambda of: False
 
     def validated(self, of: Model) -> Trial:
         return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])
@@ -150,6 +151,19 @@ def test_what_is_refused_is_asked_in_its_other_form(monkeypatch: pytest.MonkeyPa
     found = grow._first_supported(cast("Search", search), begun, [first])
     assert found is (other if better else None)
     assert ("light" in begun.refused) == (not better)
+
+
+@pytest.mark.parametrize("early", [True, False])
+def test_what_makes_errors_go_together_waits_for_what_holds_them_at_their_pixels(
+    monkeypatch: pytest.MonkeyPatch, early: bool
+) -> None:
+    """A filter that closes more than the noise beside a pattern, of which it makes nothing."""
+    search, smooths, noise = FakeSearch(), Trial(model("filter"), 0.1), Trial(model("noise"), 0.2)
+    search.is_early = lambda of: early and of is smooths.model
+    search.disagreement = lambda of, number: None  # type: ignore[attr-defined]
+    monkeypatch.setattr(grow, "_closes_enough", lambda *_: True)
+    found = grow._first_supported(cast("Search", search), Chain(DepthSelect(), SCORE, 1.0), [smooths, noise])
+    assert found is (noise if early else smooths)
 
 
 def test_the_first_is_refined_before_it_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

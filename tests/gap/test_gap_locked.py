@@ -1,4 +1,4 @@
-"""Errors that stay at their pixels are told from noise."""
+"""Errors that stay at their pixels, or at their places in the scene, are told from noise."""
 
 from types import SimpleNamespace
 from typing import cast
@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from depthsim.camera import Camera
 from depthsim.gap.config import DepthConfig
-from depthsim.gap.depth.data.locked import locked_share
+from depthsim.gap.depth.data.frames import CleanFrame
+from depthsim.gap.depth.data.locked import carried_share, locked_share, seen_again
 from depthsim.gap.depth.fit import marks
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import effect_class
@@ -40,6 +42,66 @@ def test_a_pattern_stays_as_much_as_it_has_of_the_variance(size: float) -> None:
 
 def test_nothing_is_said_of_one_frame_or_of_holes() -> None:
     assert locked_share(signs(0.0, count=1)) == 0 == locked_share(signs(0.0, holes=1.0))
+
+
+CAMERA = Camera(width=SIZE[1], height=SIZE[0], fx=100, fy=100, cx=79.5, cy=44.5, baseline=0.05)
+
+
+def before_a_wall(camera: Camera, *steps: int) -> list[CleanFrame]:
+    """Frames of a camera that moves sideways before a wall at 2 m, by whole pixels."""
+    frames = []
+    for step in steps:
+        pose = np.eye(4)
+        pose[0, 3] = step * 2 / CAMERA.fx
+        geometry = SimpleNamespace(depth=np.full(camera.shape, 2, np.float32))
+        frames.append(cast(CleanFrame, SimpleNamespace(camera=camera, pose=pose, geometry=geometry)))
+    return frames
+
+
+@pytest.mark.parametrize("rows", [None, range(0, 90, 2), range(20, 50)])
+@pytest.mark.parametrize("size", [0.0, 0.7, 2.0])
+def test_a_texture_goes_over_the_picture_with_the_wall(size: float, rows: range | None) -> None:
+    """Its errors agree at its own places, and are not locked to the pixel."""
+    camera = CAMERA if rows is None else CAMERA.window(np.array(rows))
+    texture, steps = size * RNG.standard_normal((90, 240)), (0, 10, 25, 60)
+    shown = [
+        np.sign(texture[camera.rows, step : step + 160] + RNG.standard_normal(camera.shape)).astype(np.int8)
+        for step in steps
+    ]
+    found = carried_share(shown, seen_again(before_a_wall(camera, *steps)))
+    assert found == pytest.approx(2 / np.pi * np.arcsin(size**2 / (1 + size**2)), abs=0.03)
+    assert abs(locked_share(shown)) < 0.03
+
+
+def test_what_stays_at_its_pixel_is_not_carried() -> None:
+    """Nor is anything said of a camera that stands still, or of a place behind another surface."""
+    shown, steps = signs(3 * RNG.standard_normal(SIZE)), (0, 10, 25, 60)
+    frames = before_a_wall(CAMERA, *steps)
+    assert abs(carried_share(shown, seen_again(frames))) < 0.03
+    assert carried_share(shown, seen_again(before_a_wall(CAMERA, 0, 0, 0, 0))) == 0
+    frames[1].geometry.depth[:] = 1.5
+    assert all(len(pair.here) == 0 for pair in seen_again(frames) if 1 in (pair.one, pair.other))
+    assert sum(len(pair.here) for pair in seen_again(frames)) > 1000
+
+
+@pytest.mark.parametrize(
+    ("effect", "recorded", "simulated", "refused"),
+    [
+        ("disparity_noise", 0.4, 0.02, True),
+        ("temporal_correlation", 0.4, 0.02, True),
+        ("disparity_noise", 0.4, 0.3, False),  # beside a mount that is turned, say
+        ("disparity_noise", 0.1, 0.0, False),  # a filter in time lags by as much
+        ("extrinsic_rotation", 0.4, 0.0, False),
+        ("fill_rate", 0.4, 0.0, False),
+    ],
+)
+def test_noise_is_no_cause_of_errors_of_the_scene(
+    effect: str, recorded: float, simulated: float, refused: bool
+) -> None:
+    known = {marks._carried_recorded: recorded, marks._carried_simulated: simulated}
+    validator = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig()), once=lambda work, *_: known[work])
+    why = marks.stays_in_scene(cast(Validator, validator), effect_class(effect), ())
+    assert (why is not None) == refused
 
 
 @pytest.mark.parametrize(

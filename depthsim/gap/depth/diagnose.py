@@ -24,7 +24,7 @@ from depthsim.gap.depth.fit.alignment import select_aligned
 from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.finer import with_fine_pattern
-from depthsim.gap.depth.fit.marks import waves_beside
+from depthsim.gap.depth.fit.marks import is_carried, waves_beside
 from depthsim.gap.depth.fit.pattern import learn_pattern
 from depthsim.gap.depth.fit.poses import is_for_what_lags, matter, no_poses, register_frames
 from depthsim.gap.depth.fit.select import Selection, select, select_more
@@ -51,6 +51,10 @@ from depthsim.sensor.profile import Profile
 if TYPE_CHECKING:
     from depthsim.gap.depth.report.write import Drawn
 
+_CARRIED = (
+    "the recording's errors stay at their places in the scene, and no simulated ones: its surfaces make them, or it is "
+    "another scene there"
+)
 _FAINTLY = (
     "the recording differs from the simulator by more than chance, but by less than a tenth of what two runs of one "
     "sensor differ by, and no effect explains it"
@@ -220,8 +224,12 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     named = bool(selection.model.parts) or is_cause
     length = waves_beside(validator, selection.model.build(evidence.base))
     waves = f"the recording's errors come in waves of {length:.3g} px, and no simulated ones" if length else ""
+    carried = _CARRIED if is_carried(validator, selection.model.build(evidence.base)) else ""
     said = poses.note(is_cause) if poses else "" if named else no_poses(errors)
-    remarks = (*filter(None, (said, waves)), *_blind(evidence, (*without, *(c.effect for c in selection.model.parts))))
+    remarks = (
+        *filter(None, (said, waves, carried)),
+        *_blind(evidence, (*without, *(c.effect for c in selection.model.parts))),
+    )
     if not named and not before.stands_out(config.significance) and poses is not None:
         return _no_gap(recorded, profile, before, *remarks)
     if not named and before.above < config.significance.faint * before.floor:

@@ -134,7 +134,8 @@ def disagreement(
     asked = replace(_asked(validator, effect, before, after), alone=alone, flexible=flexible)
     why = _of_gap(replace(asked, closes_well=well, nearly_all=all_of_it))
     if why is None and alone:
-        why = marks.comes_in_waves(validator, effect, after) or marks.stays_at_pixels(validator, effect, after)
+        kept = (marks.comes_in_waves, marks.stays_at_pixels, marks.stays_in_scene)
+        why = next(filter(None, (mark(validator, effect, after) for mark in kept)), None)
     is_first = tuple(before) == validator.evidence.base
     if why and is_first and not validator.score(after).stands_out(validator.config):  # nothing is left to disagree on
         return None

@@ -90,7 +90,7 @@ def _leaders(search: Search, chain: Chain) -> list[Trial]:
 
 def _first_supported(search: Search, chain: Chain, leaders: Sequence[Trial]) -> Trial | None:
     """The leader that closes most of those that close enough and act where the gap lies."""
-    left = sorted(leaders, key=lambda trial: (trial is not leaders[0], trial.gap))
+    left = sorted(leaders, key=lambda trial: (search.is_early(trial.model), trial is not leaders[0], trial.gap))
     asked = left[:]
     while asked:
         best = asked.pop(0)

@@ -1,5 +1,5 @@
 """Marks that pictures have of some effects alone: steps, doubled rows, lines of holes, waves, neighbours alike, errors
-that stay at their pixels, and pixels that an effect changes by itself."""
+that stay at their pixels or in the scene, and pixels that an effect changes by itself."""
 
 from collections.abc import Iterable, Iterator
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from depthsim.draws import Seed
 from depthsim.gap.depth.data.doubling import line_of
 from depthsim.gap.depth.data.lines import holes_in_lines
-from depthsim.gap.depth.data.locked import locked_share
+from depthsim.gap.depth.data.locked import SeenAgain, carried_share, locked_share, seen_again
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.tiles import find_tiles
 from depthsim.gap.depth.data.waves import strongest_wave
@@ -142,6 +142,22 @@ def stays_at_pixels(validator: Validator, effect: type[Effect], after: Effects) 
     return "makes errors anew in every frame, and the recording's stay at their pixels"
 
 
+def stays_in_scene(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
+    """Whether a noise, or what makes noise go together, is for errors that surfaces carry with them over the picture.
+
+    Such as those of a texture, or of the scene itself.
+    """
+    if effect.kinds[0] not in ("spread", "correlation") or not is_carried(validator, after):
+        return None
+    return "makes errors anew in every frame, and the recording's stay at their places in the scene"
+
+
+def is_carried(validator: Validator, effects: Effects) -> bool:
+    """Whether the recording's errors stay at their places in the scene more than those of a sensor."""
+    recorded, simulated = validator.once(_carried_recorded), validator.once(_carried_simulated, effects)
+    return recorded > simulated + validator.evidence.config.agreement.locked
+
+
 def waves_beside(validator: Validator, effects: Effects) -> float | None:
     """The length [px] of waves of errors that the recording has and a sensor has not; None where there are none."""
     evidence = validator.evidence
@@ -227,6 +243,18 @@ def _locked_recorded(validator: Validator) -> float:
 
 def _locked_simulated(validator: Validator, effects: Effects) -> float:
     return locked_share(_far_apart(validator, _signs_simulated(validator, effects)))
+
+
+def _carried_recorded(validator: Validator) -> float:
+    return carried_share(list(_signs_recorded(validator)), validator.once(_seen_again))
+
+
+def _carried_simulated(validator: Validator, effects: Effects) -> float:
+    return carried_share(list(_signs_simulated(validator, effects)), validator.once(_seen_again))
+
+
+def _seen_again(validator: Validator) -> list[SeenAgain]:
+    return seen_again([validator.evidence.frames[i] for i in validator.once(_surfaces)])
 
 
 def _far_apart(validator: Validator, frames: Iterable[NDArray[np.int8]]) -> list[NDArray[np.int8]]:

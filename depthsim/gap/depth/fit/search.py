@@ -8,7 +8,13 @@ from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_a
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes, holes_lie_apart
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
-from depthsim.gap.depth.fit.marks import brings_together, makes_doubling, makes_steps
+from depthsim.gap.depth.fit.marks import (
+    brings_together,
+    comes_in_waves,
+    makes_doubling,
+    makes_steps,
+    stays_at_pixels,
+)
 from depthsim.gap.depth.fit.optimize import Model, loss, refine, start
 from depthsim.gap.depth.fit.rules import is_idle, shows_itself
 from depthsim.gap.selection import plainest
@@ -66,6 +72,14 @@ class Search(Fitting):
         not in the recording: its place is another one's, and no cause beside it makes it right."""
         newest = (self.validator, *self._newest(model))
         return (is_idle(*newest) or brings_together(*newest)) is not None
+
+    def is_early(self, model: Model) -> bool:
+        """Whether the newest part of a model makes errors go together, where the recording's come in waves or stay at
+        their pixels and those of the model do not yet: what makes them so is looked for before it."""
+        effect, _, after = self._newest(model)
+        if effect.kinds[0] != "correlation":
+            return False
+        return any(mark(self.validator, effect, after) is not None for mark in (comes_in_waves, stays_at_pixels))
 
     def shows_itself(self, model: Model, number: int) -> bool:
         """Whether one part of a model, as it is fitted, makes what it is known by."""
@@ -164,7 +178,8 @@ class Search(Fitting):
         return other if other.gap < trial.gap else None
 
     def _leading(self, screened: Sequence[Model], base: Sequence[Effect]) -> list[Model]:
-        """The leaders, of which not all make one kind of error, and whatever may make the recording's steps.
+        """The leaders, of which not all make one kind of error, and whatever may make the recording's steps. Two forms
+        of one effect are one leader.
 
         And of each kind of the gap the first that acts along the axis on which that changes most, and the first that is
         known by that axis; by each of two that are crossed.
@@ -173,8 +188,9 @@ class Search(Fitting):
         steps = self.evidence.cuts.own_steps is not None
         for model in screened:
             kind = effect_class(model.parts[-1].effect)
-            alike = [m for m in found if effect_class(m.parts[-1].effect).kinds[0] == kind.kinds[0]]
-            leads = len(found) < self.config.fit.leaders and len(alike) < self.config.fit.leaders_of_kind
+            others = {m.parts[-1].effect for m in found} - {kind.id}
+            alike = [name for name in others if effect_class(name).kinds[0] == kind.kinds[0]]
+            leads = len(others) < self.config.fit.leaders and len(alike) < self.config.fit.leaders_of_kind
             if leads or (steps and kind.axes[:1] == ("disparity_phase",)):
                 found.append(model)
         for kind_of_gap, along in first_axes(self.validator, base):
