@@ -73,6 +73,19 @@ def test_a_cause_in_the_place_of_another_leaves_other_things(monkeypatch: pytest
     assert found.named == ("noise", "correlation")
 
 
+@pytest.mark.parametrize(("known", "found"), [((), ("noise",)), (("noise", "pattern"), ())])
+def test_what_comes_back_to_causes_that_are_known_is_followed_no_farther(
+    monkeypatch: pytest.MonkeyPatch, known: tuple[str, ...], found: tuple[str, ...]
+) -> None:
+    """A filter in the place of a noise, which the noise takes back."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(select, "grow", lambda search, chain: None)
+    monkeypatch.setattr(select, "compare_rivals", lambda *_: (model("noise"), {}))
+    monkeypatch.setattr(select, "confirmed", lambda search, refuse, whole, first: whole)
+    search, begun = cast("Search", FakeSearch(noise=0.3)), chain(0.3, "filter")
+    assert select._chain(search, SCORE, begun, known).named == found
+
+
 def test_another_is_looked_for_in_the_place_of_one_that_is_dropped_before_the_rest_is_asked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -162,8 +175,10 @@ def test_what_makes_errors_go_together_waits_for_what_holds_them_at_their_pixels
     search.is_early = lambda of: early and of is smooths.model
     search.disagreement = lambda of, number: None  # type: ignore[attr-defined]
     monkeypatch.setattr(grow, "_closes_enough", lambda *_: True)
-    found = grow._first_supported(cast("Search", search), Chain(DepthSelect(), SCORE, 1.0), [smooths, noise])
-    assert found is (noise if early else smooths)
+    begun = Chain(DepthSelect(), SCORE, 1.0)
+    assert grow._first_supported(cast("Search", search), begun, [smooths, noise]) is (noise if early else smooths)
+    assert grow._first_supported(cast("Search", search), begun, [smooths]) is (None if early else smooths)
+    assert not begun.refused  # it is asked when the pattern is there
 
 
 def test_the_first_is_refined_before_it_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

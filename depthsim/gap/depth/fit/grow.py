@@ -28,7 +28,7 @@ def grow(search: Search, chain: Chain) -> None:
         leaders = _leaders(search, chain)
         selected = _first_supported(search, chain, leaders)
         if len(chain.trusted) < search.config.select.trusted:
-            itself = next((trial for trial in leaders if not search.stands_for_another(trial.model)), None)
+            itself = next((one for one in leaders if not _is_for_another(search, one)), None)
             if itself and _is_far_ahead(search, itself, selected) and _closes_enough(search, chain, itself, leaders):
                 selected = itself
                 chain.trust(itself.newest.effect)
@@ -42,6 +42,11 @@ def grow(search: Search, chain: Chain) -> None:
         if len(chain.model.parts) > 1:
             _prune(search, chain)
         chain.score = search.validator.score(chain.model.build(search.base))
+
+
+def _is_for_another(search: Search, trial: Trial) -> bool:
+    """Whether what closes most is not to be taken for the moment: it is not itself, or another must come first."""
+    return search.stands_for_another(trial.model) or search.is_early(trial.model)
 
 
 def _is_far_ahead(search: Search, itself: Trial, selected: Trial | None) -> bool:
@@ -90,7 +95,8 @@ def _leaders(search: Search, chain: Chain) -> list[Trial]:
 
 def _first_supported(search: Search, chain: Chain, leaders: Sequence[Trial]) -> Trial | None:
     """The leader that closes most of those that close enough and act where the gap lies."""
-    left = sorted(leaders, key=lambda trial: (search.is_early(trial.model), trial is not leaders[0], trial.gap))
+    timely = (trial for trial in leaders if not search.is_early(trial.model))
+    left = sorted(timely, key=lambda trial: (trial is not leaders[0], trial.gap))
     asked = left[:]
     while asked:
         best = asked.pop(0)

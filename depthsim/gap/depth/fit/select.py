@@ -4,7 +4,7 @@ A further cause is looked for as long as what is left would be a gap if it were 
 closes enough of that, and acts where it lies.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,7 +51,7 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
     search = Search(evidence, validator, bank, evidence.base, say)
     chain = _chain(search, score, Chain(search.config.select, score, search.before))
     for other in _other_beginnings(search, chain):
-        chain = _better(search, chain, _chain(search, score, other))
+        chain = _better(search, chain, _chain(search, score, other, chain.named))
     if chain.model is None:
         return Selection(Model((), np.empty(0)), {}, chain.nearest, tuple(chain.looked))
     chain.model = beneath(search, in_one(search, chain.model, chain.gap), chain.gap)
@@ -103,8 +103,9 @@ def confirm(search: Search, selection: Selection) -> Selection:
     return replace(selection, model=model, nearest=nearest)
 
 
-def _chain(search: Search, score: Score, chain: Chain) -> Chain:
-    """Every cause that is supported. score: of the sensor as it is.
+def _chain(search: Search, score: Score, chain: Chain, known: Collection[str] = ()) -> Chain:
+    """Every cause that is supported. score: of the sensor as it is. known: causes that another chain has found; one
+    that comes back to some of these alone finds no others, and has no model.
 
     Only what is confirmed is compared with its rivals: most of those of a cause that is dropped would be, too, and the
     others come first when causes are looked for again.
@@ -119,7 +120,11 @@ def _chain(search: Search, score: Score, chain: Chain) -> Chain:
             continue
         looked = [[trial for trial in step if not chain.is_out(trial.newest.effect)] for step in chain.looked]
         whole, chain.ties = compare_rivals(search, chain.model, chain.gap, looked, chain.before)
-        if {part.effect for part in whole.parts} <= set(chain.named):
+        causes = {part.effect for part in whole.parts}
+        if causes <= set(chain.named):
+            break
+        if causes <= set(known):
+            chain.model = None
             break
         _confirm(search, score, chain, whole)  # a cause in place of another one may leave other things
     return chain
