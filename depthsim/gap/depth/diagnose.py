@@ -170,6 +170,8 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     say("locating the gap")
     places = locate(given, recorded.ruler, given.base)
     where = cuts_of(given, given.base, places)
+    if given.has_ray_lengths:  # whatever came near to that would be no cause
+        without = effect_ids()
 
     # Are the poses off? All else is looked for on frames that are registered.
     validator, poses, errors = recorded, None, None

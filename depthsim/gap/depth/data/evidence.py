@@ -32,6 +32,7 @@ from depthsim.gap.depth.data.frames import (
 from depthsim.gap.depth.data.histograms import BINS, ERROR
 from depthsim.gap.depth.data.noise_scale import spread_of
 from depthsim.gap.depth.data.quantization import find_steps
+from depthsim.gap.depth.data.ray_length import are_ray_lengths
 from depthsim.gap.depth.data.regions import region_name, split_scene
 from depthsim.gap.depth.data.simulate import FITTING, SPREAD, Replay
 from depthsim.gap.depth.data.tiles import find_tiles
@@ -241,6 +242,16 @@ class Evidence:
         if not self._are_whole or any(effect.resizes() for effect in acting(self.base)):
             return None
         return find_tiles(self.recorded(int(self.blocks[b][0])) for b in self.train[:: max(1, len(self.train) // 4)])
+
+    @cached_property
+    def has_ray_lengths(self) -> bool:
+        """Whether the recording has the lengths of rays where depth should be."""
+        some = [int(i) for b in self.train[:: max(1, len(self.train) // 4)] for i in self.blocks[b][:1]]
+        unit = np.float32(self.camera.depth_scale)
+        frames = (self.frames[i] for i in some)
+        return are_ray_lengths(
+            (self._trusted_units(frame.index) * unit, frame.geometry.depth, frame.camera.rays) for frame in frames
+        )
 
     @cached_property
     def doubled(self) -> tuple[float, float] | None:

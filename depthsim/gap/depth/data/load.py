@@ -51,6 +51,11 @@ def notes_of(evidence: Evidence) -> tuple[str, ...]:
             "camera.yaml has the intrinsics of its colour camera, so the depth is aligned to colour: write "
             "`aligned: true` there, or its alignment counts as an error"
         )
+    if evidence.has_ray_lengths:
+        notes.append(
+            "the depths are the lengths of their rays, and not along the optical axis: divide each by the root of "
+            "1 + x² + y², where x and y are its ray at z = 1; until then no effect is looked for"
+        )
     if evidence.stands_still:
         notes.append("the camera stands still: errors of pose, time and motion cannot be seen")
     return (*notes, *evidence.run.remarks)
