@@ -2,6 +2,7 @@
 that stay at their pixels or in the scene, and pixels that an effect changes by itself."""
 
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -230,27 +231,51 @@ def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
 
 
 def _wave_recorded(validator: Validator) -> tuple[float, float]:
-    return strongest_wave(_signs_recorded(validator))
+    return validator.once(_held_recorded).wave
 
 
 def _wave_simulated(validator: Validator, effects: Effects) -> tuple[float, float]:
-    return strongest_wave(_signs_simulated(validator, effects))
+    return validator.once(_held_simulated, effects).wave
 
 
 def _locked_recorded(validator: Validator) -> float:
-    return locked_share(_far_apart(validator, _signs_recorded(validator)))
+    return validator.once(_held_recorded).locked
 
 
 def _locked_simulated(validator: Validator, effects: Effects) -> float:
-    return locked_share(_far_apart(validator, _signs_simulated(validator, effects)))
+    return validator.once(_held_simulated, effects).locked
 
 
 def _carried_recorded(validator: Validator) -> float:
-    return carried_share(list(_signs_recorded(validator)), validator.once(_seen_again))
+    return validator.once(_held_recorded).carried
 
 
 def _carried_simulated(validator: Validator, effects: Effects) -> float:
-    return carried_share(list(_signs_simulated(validator, effects)), validator.once(_seen_again))
+    return validator.once(_held_simulated, effects).carried
+
+
+class _Held(NamedTuple):
+    """What holds errors where they are: waves, see :func:`strongest_wave`, their pixels, and their places in the scene.
+
+    All of one look at the pictures, which take longer to simulate than to be looked at.
+    """
+
+    wave: tuple[float, float]
+    locked: float
+    carried: float
+
+
+def _held_recorded(validator: Validator) -> _Held:
+    return _held(validator, list(_signs_recorded(validator)))
+
+
+def _held_simulated(validator: Validator, effects: Effects) -> _Held:
+    return _held(validator, list(_signs_simulated(validator, effects)))
+
+
+def _held(validator: Validator, signs: list[NDArray[np.int8]]) -> _Held:
+    locked = locked_share(_far_apart(validator, signs))
+    return _Held(strongest_wave(signs), locked, carried_share(signs, validator.once(_seen_again)))
 
 
 def _seen_again(validator: Validator) -> list[SeenAgain]:
