@@ -89,7 +89,7 @@ def test_kinds_of_errors_are_answered_for_apart(others: tuple[str, ...], left: f
     kinds = np.array([0.05, 0.01, 0.02, 0.0])
     varies = np.append(kinds, 2 * np.log(2) * kinds.sum())[:, None]
     none = np.zeros_like(varies)
-    seen = less_others(Changes(none, varies, none, np.zeros(1), 0.0), [KINDS.index(kind) for kind in others])
+    seen = less_others(Changes(none, varies, none, np.zeros(1), 0.0, 0.0), [KINDS.index(kind) for kind in others])
     assert seen.varies[ALL, 0] == pytest.approx(2 * np.log(2) * left)
     assert seen.varies[:ALL, 0] == pytest.approx(kinds)
 
@@ -108,7 +108,7 @@ def changes(k: int, mean: float, varies: list[float]) -> Changes:
     means, varied, none = np.zeros((3, len(KINDS), len(AXES)))
     means[k], varied[k] = mean, varies
     means[ALL], varied[ALL] = 2 * np.log(2) * means[k], 2 * np.log(2) * varied[k]
-    return Changes(means, varied, none, np.zeros(len(AXES)), 0.0)
+    return Changes(means, varied, none, np.zeros(len(AXES)), 0.0, 0.0)
 
 
 def asked(effect: str, gap: Changes, left: Changes, does: Changes, before: Sequence[Effect] = ()) -> Asked:
@@ -137,6 +137,18 @@ def test_a_noise_that_is_more_all_the_time_goes_not_with_the_range(
     gap, left = changes(SPREAD, 1.0, [before, 0, before]), changes(SPREAD, 0.0, [brought, 0, brought])
     one = asked("disparity_noise", gap, left, changes(SPREAD, 1.0, [brought, 0, brought]))
     assert (rules.brings(one, SPREAD) is not None) == refused
+
+
+@given(st.floats(0, 1), st.floats(0, 1))
+def test_what_is_made_one_by_one_does_not_go_together(errors: float, holes: float) -> None:
+    """Of holes nothing is said by the errors between them, such as a rolling shutter's."""
+    bound = DepthConfig().agreement.together
+    k = KINDS.index("missing")
+    for name, kind, together in (("range_dropout", k, holes), ("lateral_noise", SPREAD, errors)):
+        does = changes(kind, 1.0, [0, 0, 0])
+        left = replace(changes(kind, 0.0, [0, 0, 0]), together=errors, lost_together=holes)
+        refused = rules.goes_together(asked(name, does, left, does)) is not None
+        assert refused == (together > bound * does.whole[ALL])
 
 
 @given(st.floats(0.01, 1), st.floats(0, 1.2))
@@ -297,8 +309,8 @@ def test_a_sensor_with_too_many_holes_everywhere_is_asked_for_their_number(left:
 )
 def test_whatis_alike_for_neighbours_is_not_made_one_by_one(effect: str, said: bool) -> None:
     gap = changes(SPREAD, 0.1, [0.05, 0, 0])
-    left = replace(gap, together=0.05)
-    one = asked(effect, replace(gap, together=0.1), left, gap)
+    left = replace(gap, together=0.05, lost_together=0.05)
+    one = asked(effect, replace(gap, together=0.1, lost_together=0.1), left, gap)
     assert (rules.goes_together(one) is not None) == said
 
 
@@ -415,7 +427,7 @@ def test_a_filter_smooths_on_every_material(left: float) -> None:
 
 def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:
     none = changes(HOLES, 0.1, [0, 0, 0])
-    together = replace(none, together=0.1)
+    together = replace(none, together=0.1, lost_together=0.1)
     assert "independent" in str(rules.goes_together(asked("fill_rate", none, together, none)))
     beside = asked("fill_rate", none, together, none, before=(effect_class("spatial_correlation")(),))
     assert rules.goes_together(beside) is None

@@ -20,7 +20,7 @@ from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.marks import makes_doubling
 from depthsim.gap.depth.fit.optimize import Model, best_neighbour
-from depthsim.gap.depth.fit.pattern import learn, learn_fine
+from depthsim.gap.depth.fit.pattern import learn, learn_beside
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.presets import preset
@@ -292,6 +292,6 @@ def test_a_fixed_pattern_is_learned_where_the_left_imager_has_it(tmp_path: Path)
     assert not found.is_none and np.corrcoef(true.ravel(), learned.ravel())[0, 1] > 0.8
     # Of one that does not say where its left imager is, the alignment that was found does.
     evidence = unsaid(run.path, effects[:1])
-    fine = learn_fine(evidence, (*evidence.base, AlignToColor(zoom=ZOOM)))
+    fine = learn_beside(evidence, (*evidence.base, AlignToColor(zoom=ZOOM)), fine=True)
     assert fine is not None
     assert np.corrcoef(true.ravel(), picture(fine.grid, camera.shape)[seen].ravel())[0, 1] > 0.9

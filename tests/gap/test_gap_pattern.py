@@ -13,9 +13,10 @@ from shapes import Array
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.registration import register
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
-from depthsim.gap.depth.fit.finer import with_fine_pattern
+from depthsim.gap.depth.fit.finer import with_fine_pattern, with_pattern_beside_biases
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.pattern import Pattern, _Learner, learn, learn_fine, learn_pattern
+from depthsim.gap.depth.fit.pattern import Pattern, _Learner, learn, learn_beside, learn_pattern
+from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.materials import load_materials
@@ -135,16 +136,18 @@ def fine(clean: Run, caster: Caster) -> Evidence:
 
 
 def test_beside_known_causes_a_pattern_is_as_fine_as_it_is(fine: Evidence, caster: Caster) -> None:
-    found = learn_fine(fine, fine.base)
+    found = learn_beside(fine, fine.base, fine=True)
     assert found is not None
     smooth = learn(fine.run, caster)
     rough, same = (np.corrcoef(shape_of(one).ravel(), fine_bias().ravel())[0, 1] for one in (smooth, found))
     assert same > 0.9 > rough and found.removed > smooth.removed + 0.1
 
 
-def test_what_another_cause_does_is_not_the_patterns(clean: Run, caster: Caster) -> None:
+@pytest.mark.parametrize("finely", [True, False])
+def test_what_another_cause_does_is_not_the_patterns(finely: bool, clean: Run, caster: Caster) -> None:
     evidence = evidence_of(off(clean, bias=bumps() + 0.2), caster)
-    offset = [learn_fine(evidence, others) for others in (evidence.base, (*evidence.base, DisparityOffset(offset=0.2)))]
+    both = evidence.base, (*evidence.base, DisparityOffset(offset=0.2))
+    offset = [learn_beside(evidence, others, fine=finely) for others in both]
     with_it, without = (shape_of(one) for one in offset if one is not None)
     assert (with_it - without).mean() == pytest.approx(0.2, abs=0.02)
     assert np.corrcoef(without.ravel(), bumps().ravel())[0, 1] > 0.95
@@ -155,13 +158,13 @@ def test_a_thing_that_stays_is_in_a_fine_pattern(clean: Run, caster: Caster) -> 
     thing = np.zeros((HEIGHT, WIDTH))
     thing[90:, 120:] = 0.8
     evidence = evidence_of(off(clean, bias=bumps() / 4 + thing), caster)
-    found = learn_fine(evidence, evidence.base)
+    found = learn_beside(evidence, evidence.base, fine=True)
     assert found is not None and shape_of(found)[95:, 125:].mean() == pytest.approx(0.8, rel=0.1)
 
 
 def test_noise_has_no_fine_pattern(clean: Run, caster: Caster) -> None:
     evidence = evidence_of(off(clean, memory=0.7), caster)
-    assert learn_fine(evidence, evidence.base) is None
+    assert learn_beside(evidence, evidence.base, fine=True) is None
 
 
 def test_the_causes_stay_with_a_finer_pattern(fine: Evidence, caster: Caster) -> None:
@@ -179,6 +182,24 @@ def test_the_causes_stay_with_a_finer_pattern(fine: Evidence, caster: Caster) ->
     assert with_fine_pattern(validator, best, print) is best
     none = replace(smooth, model=Model((), np.empty(0)))
     assert with_fine_pattern(validator, none, print) is none
+
+
+def test_beside_another_bias_the_pattern_is_what_that_leaves(clean: Run, caster: Caster) -> None:
+    """The bank's has what both have in common, and closes that of the offset as well."""
+    evidence = evidence_of(off(clean, bias=bumps() + 0.2), caster)
+    bank = learn(evidence.run, caster)
+    whole = replace(bank, grid=bank.grid + 0.1).effect().model_dump()
+    setting = setting_of(evidence, {FixedPattern.id: [whole]})
+    parts = [one for one in candidates(evidence.base, setting) if one.effect in (FixedPattern.id, DisparityOffset.id)]
+    search = Search(evidence, Validator(evidence, evidence.test), parts, evidence.base, lambda _: None)
+    begun = [Model((one,), one.encode(one.starts[0])) for one in sorted(parts, key=lambda one: one.effect)]
+    offset = replace(begun[0], x=begun[0].parts[0].encode((0.2,)))
+    found = with_pattern_beside_biases(search, offset.plus(begun[-1]))
+    before, after = (search.validated(one).gap for one in (offset.plus(begun[-1]), found))
+    assert [part.effect for part in found.parts] == [DisparityOffset.id, FixedPattern.id] and after < 0.5 * before
+    assert found.parameters(0)["offset"] == pytest.approx(0.2, abs=0.01)
+    # One alone is left as it is.
+    assert with_pattern_beside_biases(search, begun[-1]) is begun[-1]
 
 
 def test_the_effect_is_what_was_learned(clean: Run, caster: Caster) -> None:

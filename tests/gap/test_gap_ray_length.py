@@ -9,6 +9,7 @@ from PIL import Image
 from depthsim.camera import Camera
 from depthsim.gap import diagnose
 from depthsim.gap.depth.data.ray_length import are_ray_lengths
+from depthsim.gap.report.words import STUB, Origin, next_steps
 from depthsim.presets import preset
 from depthsim.runs.folder import open_run
 from depthsim.runs.generate import generate
@@ -60,6 +61,11 @@ def test_a_recording_of_lengths_is_said_to_be_one_and_has_no_cause(tmp_path: Pat
     for path in sorted((run / "depth").glob("*.png")):
         units = np.asarray(Image.open(path)).astype(np.float64)
         Image.fromarray(np.rint(units * np.sqrt(1 + x * x + y * y)).astype(np.uint16)).save(path)
-    found = diagnose(run, sensor="paper", threads=1, tasks=False)
+    found = diagnose(run, sensor="paper", threads=1, tasks=False, out=tmp_path / "report")
     assert found.verdict == "unexplained" and not found.causes
     assert any("lengths of their rays" in note for note in found.notes)
+    # What is to be done is to convert them, and not to write an effect.
+    steps = [step.text for step in next_steps(found, Origin("run", "report", "paper"))]
+    assert any("in place of the lengths of rays" in text for text in steps)
+    assert not any("not in the bank" in text for text in steps)
+    assert not (tmp_path / "report" / STUB).exists()

@@ -15,6 +15,10 @@ if TYPE_CHECKING:  # a diagnosis shows itself in these words
 
 Tone = Literal["good", "fair", "bad"]
 STUB = "new_effect.py"
+RAY_LENGTHS = (
+    "the depths are the lengths of their rays, and not along the optical axis: divide each by the root of 1 + x² + y², "
+    "where x and y are its ray at z = 1; until then no effect is looked for"
+)
 _LITTLE = 0.1
 """Of the gap: with less left beside causes, it may be due to their formulas alone."""
 SENSOR = "sensor.yaml"
@@ -212,6 +216,12 @@ def tie(cause: "Cause") -> str:
     return f"In these frames {cause.effect} is indistinguishable from {_listed(cause.indistinguishable_from, 'or')}."
 
 
+def lacks_an_effect(diagnosis: "Diagnosis") -> bool:
+    """Whether what is unexplained needs an effect that the bank has not."""
+    left = diagnosis.unexplained
+    return left is not None and bool(left.where) and RAY_LENGTHS not in diagnosis.notes
+
+
 def next_steps(diagnosis: "Diagnosis", origin: Origin) -> list[Step]:
     """What to do with the answer, with the very commands."""
     if diagnosis.verdict == "no_gap":
@@ -220,7 +230,9 @@ def next_steps(diagnosis: "Diagnosis", origin: Origin) -> list[Step]:
     if diagnosis.causes:
         steps.append(Step("Simulate with the causes added:", generate_command(origin)))
     steps += [Step(sentence(cause.advice)) for cause in diagnosis.causes if cause.advice]
-    if diagnosis.unexplained is not None and diagnosis.unexplained.where:
+    if RAY_LENGTHS in diagnosis.notes:
+        steps.append(Step("Write depth in place of the lengths of rays, and diagnose again:", diagnose_command(origin)))
+    elif lacks_an_effect(diagnosis):
         report, left = Path(origin.report), 1 - diagnosis.gap.closed_fraction
         needs = "What is left needs an effect that is not in the bank."
         if diagnosis.causes and left < _LITTLE:

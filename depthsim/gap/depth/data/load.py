@@ -6,6 +6,7 @@ from pathlib import Path
 from depthsim.errors import InputError
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.report.words import RAY_LENGTHS
 from depthsim.materials import Materials, load_materials
 from depthsim.runs.folder import Run, open_run
 from depthsim.runs.pose_reference import with_poses_of_pictures
@@ -52,10 +53,7 @@ def notes_of(evidence: Evidence) -> tuple[str, ...]:
             "`aligned: true` there, or its alignment counts as an error"
         )
     if evidence.has_ray_lengths:
-        notes.append(
-            "the depths are the lengths of their rays, and not along the optical axis: divide each by the root of "
-            "1 + x² + y², where x and y are its ray at z = 1; until then no effect is looked for"
-        )
+        notes.append(RAY_LENGTHS)
     if evidence.stands_still:
         notes.append("the camera stands still: errors of pose, time and motion cannot be seen")
     return (*notes, *evidence.run.remarks)

@@ -13,7 +13,7 @@ from depthsim.gap.depth.data.evidence import Counts
 from depthsim.gap.depth.fit.neighbours import counted
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.where.differences import moments, tails
-from depthsim.gap.depth.where.localize import PAIRS, axis_cost, beyond_each
+from depthsim.gap.depth.where.localize import PAIRS, axis_cost, beyond_each, more_holes_together
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ class Changes:
     mean: (5, axes) in the mean over an axis' pixels; varies: (5, axes) in what changes from cell to cell; of each of
     KINDS, the last being the whole distribution. Zero for axes that count no errors. chance: (5, axes) the same as
     varies of two runs of one sensor. pairs: (axes,) how neighbours and successive frames differ, zero for the others;
-    together: the same beyond what each error alone has.
+    together: the same beyond what each error alone has; lost_together: how much more holes go together.
     """
 
     mean: Floats
@@ -39,6 +39,7 @@ class Changes:
     chance: Floats
     pairs: Floats
     together: float
+    lost_together: float
 
     @property
     def whole(self) -> Floats:
@@ -185,10 +186,13 @@ def _changes(validator: Validator, one: Counts, others: Sequence[Counts]) -> Cha
     chance = np.maximum(chance, np.median(chance[:, kinds == histograms.ERROR], axis=1, keepdims=True))
     real, null, runs = (np.asarray(x.sum(axis=0)) for x in (one, others[0], usual))
     pairs = [n for n, axis in enumerate(evidence.axes) if axis.kind in PAIRS]
-    own = (_together(validator, n, real, runs) - _together(validator, n, null, runs) for n in pairs)
+    own, lost = (
+        max((how(validator, n, real, runs) - how(validator, n, null, runs) for n in pairs), default=0.0)
+        for how in (_together, _lost_together)
+    )
     counted = (kinds > histograms.ERROR) & (kinds < histograms.PHASE)
     apart = validator.ruler.by_axis(real, runs) - validator.ruler.by_axis(null, runs)
-    return Changes(mean, varies, chance, np.where(counted, np.maximum(apart, 0), 0), max(0.0, *own) if pairs else 0.0)
+    return Changes(mean, varies, chance, np.where(counted, np.maximum(apart, 0), 0), max(own, 0.0), max(lost, 0.0))
 
 
 def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: Counted) -> tuple[Floats, Floats]:
@@ -246,5 +250,14 @@ def _scaled(a: Floats, b: Floats) -> Floats:
 
 def _together(validator: Validator, axis: int, x: Counted, y: Counted) -> float:
     """How pairs of errors differ beyond each error alone [bits per pixel]."""
+    return _on_average(validator, axis, x, beyond_each(validator.evidence, axis, x, y))
+
+
+def _lost_together(validator: Validator, axis: int, x: Counted, y: Counted) -> float:
+    """By how much more holes go together in ``x`` [bits per pixel]."""
+    return _on_average(validator, axis, x, more_holes_together(validator.evidence, axis, x, y))
+
+
+def _on_average(validator: Validator, axis: int, x: Counted, of_cells: Floats) -> float:
     totals = validator.ruler.totals(x)[validator.ruler.axis_of_cell == axis]
-    return float((beyond_each(validator.evidence, axis, x, y) * totals).sum() / max(totals.sum(), 1))
+    return float((of_cells * totals).sum() / max(totals.sum(), 1))

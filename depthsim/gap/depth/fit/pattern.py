@@ -121,20 +121,21 @@ def _seen(run: Run, caster: Caster, frames: Iterable[int] | None) -> tuple[Cells
     return cells, [scene_residuals(look, cells, index) for index in some]
 
 
-def learn_fine(evidence: Evidence, others: Sequence[Effect]) -> Pattern | None:
-    """The pattern of the frames for fitting beside ``others``, the effects that are known, as fine as they show it."""
+def learn_beside(evidence: Evidence, others: Sequence[Effect], *, fine: bool) -> Pattern | None:
+    """The pattern of the frames for fitting beside ``others``, the effects that are known. fine: whether as fine as
+    they show it, or a smooth one."""
     if evidence.rows < evidence.camera.height:  # elsewhere nothing would be known of it
         return None
     camera = evidence.camera
     for effect in others:
         if effect.moves_camera and not camera.aligned:
             camera = effect.stored(camera_for(camera, [effect]))
-    stride = max(1, round(np.sqrt(camera.left.width * camera.left.height / _CELLS)))
-    cells = Cells(camera, stride)
+    looked_at = _CELLS if fine else _SAMPLES
+    cells = Cells(camera, max(1, round(np.sqrt(camera.left.width * camera.left.height / looked_at))))
     seen = [one for block in evidence.train for one in sensor_residuals(evidence, others, cells, block)]
     if len(seen) < _LEAST_FRAMES:
         return None
-    found = _Learner(cells, seen, evidence.config.fit.calibrated).learned()
+    found = _Learner(cells, seen, evidence.config.fit.calibrated if fine else None).learned()
     return None if found.is_none else found
 
 

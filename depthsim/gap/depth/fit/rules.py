@@ -422,11 +422,13 @@ def left_of_pairs(asked: Asked) -> float:
 def goes_together(asked: Asked) -> str | None:
     """Whether errors that an effect makes one by one go together in the recording, and no other cause makes them so.
 
-    Biases are the same for neighbours, those of a pattern that is learned as smooth as it is, and so is geometry.
+    Biases are the same for neighbours, those of a pattern that is learned as smooth as it is, and so is geometry. Holes
+    are asked for holes: that the errors between them go together says nothing of them.
     """
     smooth = asked.effect.kinds[0] == "bias" or asked.effect.exact
     if smooth or any(cause.kinds[0] == "correlation" for cause in asked.named):
         return None
-    if not asked.alone or asked.left.together <= asked.limit.together * asked.does.whole[ALL]:
+    together = asked.left.lost_together if asked.effect.kinds[0] == "missing" else asked.left.together
+    if not asked.alone or together <= asked.limit.together * asked.does.whole[ALL]:
         return None
     return INDEPENDENT

@@ -15,6 +15,7 @@ from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.confirm import confirmed
+from depthsim.gap.depth.fit.finer import with_pattern_beside_biases
 from depthsim.gap.depth.fit.fitting import Say, Trial
 from depthsim.gap.depth.fit.grow import grow
 from depthsim.gap.depth.fit.in_one import in_one
@@ -115,6 +116,9 @@ def _chain(search: Search, score: Score, chain: Chain, known: Collection[str] = 
         grow(search, chain)
         if chain.model is None:
             break
+        if (beside := with_pattern_beside_biases(search, chain.model)) is not chain.model:
+            chain.model, chain.gap = beside, search.validated(beside).gap
+            chain.score = search.validator.score(beside.build(search.base))
         dropped = _confirm(search, score, chain, chain.model, first=number < rounds)
         if chain.model is None or (dropped and number < rounds):
             continue

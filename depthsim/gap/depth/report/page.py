@@ -114,7 +114,7 @@ def _rest(page: Page, d: Diagnosis) -> None:
     if left.nearest:
         page.text("These come near and are no causes:")
         page.table(["effect", "closes", "why it is none"], [words.near(n) for n in left.nearest], numbers=(1,))
-    if left.where:
+    if words.lacks_an_effect(d):
         page.text(f"The beginning of a new effect, also written to {words.STUB}:").code(stub(left.where[0]))
 
 

@@ -125,7 +125,7 @@ def sensor_yaml(found: Findings, origin: Origin) -> str:
 def stub_text(diagnosis: Diagnosis) -> str | None:
     """new_effect.py, the beginning of an effect for what is unexplained; None where nothing is."""
     left = diagnosis.unexplained
-    if left is None or not left.where:
+    if left is None or not words.lacks_an_effect(diagnosis):
         return None
     return '"""An effect that the bank lacks."""\n\n' + _STUB_HEAD + stub(left.where[0])
 

@@ -61,7 +61,7 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
     alone = max((bits[n] for n in errors), default=0.0)
     pairs.sort(key=lambda n: -bits[n])
     own = {n: beyond_each(evidence, n, real, plain) - beyond_each(evidence, n, another, plain) for n in pairs}
-    holes = {n: _more_holes_together(evidence, n, real, plain) for n in pairs}
+    holes = {n: more_holes_together(evidence, n, real, plain) for n in pairs}
     own_bits, hole_bits = (
         {n: float((o * _pixels(evidence, ruler, n, real)).sum()) for n, o in each.items()} for each in (own, holes)
     )
@@ -134,7 +134,7 @@ def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any
     return errors_together(*(evidence.cells(number, counts) for counts in (x, y)))
 
 
-def _more_holes_together(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any]) -> Floats:
+def more_holes_together(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any]) -> Floats:
     """(cells,) by how much more holes go together in x than in y [bits]; 0 for an axis without pairs."""
     if evidence.axes[number].kind not in PAIRS:
         return np.zeros(evidence.axes[number].size)
