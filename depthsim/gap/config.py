@@ -192,6 +192,7 @@ class DepthAgreement(Section):
     left_of_own: float = _value(
         0.25, "of what changes along the axis that it is known by, that an effect with many parameters may leave"
     )
+    left_of_noise: float = _value(0.35, "the same for a noise that has few: other formulas left an eighth at most")
     left_by_exact: float = _value(
         0.05, "of how biases change along their first axis, that an effect may leave which is geometry"
     )

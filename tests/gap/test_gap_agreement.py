@@ -151,6 +151,18 @@ def test_what_is_made_one_by_one_does_not_go_together(errors: float, holes: floa
         assert refused == (together > bound * does.whole[ALL])
 
 
+@given(st.floats(0, 1), st.floats(0, 0.6))
+def test_noise_everywhere_is_not_that_of_a_few_far_things(change: float, left: float) -> None:
+    """It makes the mean of what changes with the range, and leaves the change."""
+    limit = DepthConfig().agreement
+    gap = changes(SPREAD, 1 - change, [change, 0, 0])
+    one = asked("disparity_noise", gap, changes(SPREAD, 0.0, [left * change, 0, 0]), gap)
+    refused = change > limit.all_along * (1 + 1e-9) and left > limit.left_of_noise * (1 + 1e-9)
+    if min(abs(change - limit.all_along), abs(left - limit.left_of_noise)) > 1e-6:
+        assert (rules.leaves_own(one, SPREAD) is not None) == refused
+    assert rules.leaves_own(replace(one, nearly_all=True), SPREAD) is None or left > limit.left_along
+
+
 @given(st.floats(0.01, 1), st.floats(0, 1.2))
 def test_what_crossed_axes_leave_is_the_shape_that_is_wrong(bias: float, left: float) -> None:
     change = 0.3 * bias
@@ -395,7 +407,8 @@ def test_many_parameters_leave_little_along_the_axis_that_an_effect_is_known_by(
     limit = DepthConfig().agreement
     gap = changes(SPREAD, 0.0625, [0, 0.0625 * there, 0])
     one = asked("material_noise", gap, changes(SPREAD, 0.0, [0, 0.0625 * there * left, 0]), gap)
-    assert rules.leaves_own(one, SPREAD) is None  # of another formula with few parameters more may be left
+    if left < limit.left_of_noise or there < limit.all_along:  # with few parameters more may be left
+        assert rules.leaves_own(one, SPREAD) is None
     said = rules.leaves_own(replace(one, flexible=True), SPREAD)
     if min(abs(left - limit.left_of_own), abs(there - limit.uniform * (1 + there))) > 1e-9:
         assert (said is not None) == (left > limit.left_of_own and there > limit.uniform * (1 + there))

@@ -36,8 +36,7 @@ def with_fine_pattern(validator: Validator, selection: "Selection", say: Say) ->
 def with_pattern_beside_biases(search: Search, model: Model) -> Model:
     """The model with a pattern of what its other biases leave, fitted, if the frames held out are nearer to it."""
     number = _learned(model)
-    others = [effect for k, effect in enumerate(model.effects) if k != number]
-    if number is None or all(effect.kinds[0] != "bias" for effect in others):
+    if number is None or all(effect.kinds[0] != "bias" for effect in model.less(number).effects):
         return model
     search.say("learning the fixed pattern beside the other biases")
     if (again := _again(search.validator, model, number, fine=False)) is None:

@@ -367,22 +367,26 @@ def not_itself(asked: Asked) -> str | None:
 
 
 def leaves_own(asked: Asked, k: int) -> str | None:
-    """Whether an effect with many parameters leaves much along the axis that it is known by.
+    """Whether a noise, or an effect with many parameters, leaves much along the axis that it is known by.
 
     Whatever its formula, it follows what changes there. What changes along another axis it follows as well, at the cost
-    of its own: light from above for noise that grows with the height. But for holes, which by two shapes may both lie
-    where there were none; and what closes nearly all may leave as much as one that has few.
+    of its own: light from above for noise that grows with the height; or, where much of it changes, noise everywhere
+    for that of a few far things. But for holes, which by two shapes may both lie where there were none; and what
+    closes nearly all may leave more.
     """
     limit, gap, does = asked.limit, asked.gap, asked.does
-    if not asked.flexible or KINDS[k] == "missing" or gap.whole[k] < limit.acts * gap.whole[ALL]:
+    asks = asked.flexible or KINDS[k] == "spread"
+    if not asks or KINDS[k] == "missing" or gap.whole[k] < limit.acts * gap.whole[ALL]:
         return None
     own = _known_by(asked.validator, asked.effect)
     if not own:
         return None
     axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
-    if gap.varies[k, axis] <= max(limit.uniform * gap.whole[k], limit.sure * gap.chance[k, axis]):
+    much = limit.uniform if asked.flexible else limit.all_along
+    if gap.varies[k, axis] <= max(much * gap.whole[k], limit.sure * gap.chance[k, axis]):
         return None
-    share, most = asked.surely_left(k, axis), limit.left_along if asked.nearly_all else limit.left_of_own
+    share, most = asked.surely_left(k, axis), limit.left_of_own if asked.flexible else limit.left_of_noise
+    most = limit.left_along if asked.nearly_all else most
     return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > most else None
 
 
