@@ -98,7 +98,10 @@ def test_what_stays_at_its_pixel_is_not_carried() -> None:
 def test_noise_is_no_cause_of_errors_of_the_scene(
     effect: str, recorded: float, simulated: float, refused: bool
 ) -> None:
-    known = {marks._carried_recorded: recorded, marks._carried_simulated: simulated}
+    known = {
+        marks._held_recorded: marks._Held((0, 0), 0, recorded),
+        marks._held_simulated: marks._Held((0, 0), 0, simulated),
+    }
     validator = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig()), once=lambda work, *_: known[work])
     why = marks.stays_in_scene(cast(Validator, validator), effect_class(effect), ())
     assert (why is not None) == refused
@@ -117,7 +120,10 @@ def test_noise_is_no_cause_of_errors_of_the_scene(
     ],
 )
 def test_noise_is_no_cause_of_errors_that_stay(effect: str, recorded: float, simulated: float, refused: bool) -> None:
-    known = {marks._locked_recorded: recorded, marks._locked_simulated: simulated}
+    known = {
+        marks._held_recorded: marks._Held((0, 0), recorded, 0),
+        marks._held_simulated: marks._Held((0, 0), simulated, 0),
+    }
     validator = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig()), once=lambda work, *_: known[work])
     why = marks.stays_at_pixels(cast(Validator, validator), effect_class(effect), ())
     assert (why is not None) == refused

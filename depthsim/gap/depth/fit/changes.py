@@ -1,7 +1,8 @@
 """How two sensors differ, kind by kind: in bias, spread, holes and tails, along every axis, free of chance."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,11 +10,11 @@ from scipy.spatial.distance import jensenshannon
 
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.divergence import Counted
-from depthsim.gap.depth.data.evidence import Counts
+from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.fit.neighbours import counted
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.where.differences import moments, tails
-from depthsim.gap.depth.where.localize import PAIRS, axis_cost, beyond_each, more_holes_together
+from depthsim.gap.depth.where.localize import PAIRS, axis_cost, beyond_each, more_holes_together, over_pixels
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -186,13 +187,17 @@ def _changes(validator: Validator, one: Counts, others: Sequence[Counts]) -> Cha
     chance = np.maximum(chance, np.median(chance[:, kinds == histograms.ERROR], axis=1, keepdims=True))
     real, null, runs = (np.asarray(x.sum(axis=0)) for x in (one, others[0], usual))
     pairs = [n for n, axis in enumerate(evidence.axes) if axis.kind in PAIRS]
-    own, lost = (
-        max((how(validator, n, real, runs) - how(validator, n, null, runs) for n in pairs), default=0.0)
-        for how in (_together, _lost_together)
+
+    def more(how: Callable[[Evidence, int, Any, Any], Floats], number: int, counts: Counts) -> float:
+        return over_pixels(validator.ruler, number, counts, how(evidence, number, counts, runs))
+
+    together, lost = (
+        max([0.0, *(more(how, n, real) - more(how, n, null) for n in pairs)])
+        for how in (beyond_each, more_holes_together)
     )
     counted = (kinds > histograms.ERROR) & (kinds < histograms.PHASE)
     apart = validator.ruler.by_axis(real, runs) - validator.ruler.by_axis(null, runs)
-    return Changes(mean, varies, chance, np.where(counted, np.maximum(apart, 0), 0), max(own, 0.0), max(lost, 0.0))
+    return Changes(mean, varies, chance, np.where(counted, np.maximum(apart, 0), 0), together, lost)
 
 
 def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: Counted) -> tuple[Floats, Floats]:
@@ -246,18 +251,3 @@ def _scaled(a: Floats, b: Floats) -> Floats:
     kinds = np.stack([seen * bias, seen * spread, holes, seen * far]) / np.sqrt(4 * np.log(2))
     roots = [np.sqrt(x / x.sum(axis=1, keepdims=True)) for x in (a, b)]
     return np.concatenate([kinds, (roots[0] - roots[1]).T])
-
-
-def _together(validator: Validator, axis: int, x: Counted, y: Counted) -> float:
-    """How pairs of errors differ beyond each error alone [bits per pixel]."""
-    return _on_average(validator, axis, x, beyond_each(validator.evidence, axis, x, y))
-
-
-def _lost_together(validator: Validator, axis: int, x: Counted, y: Counted) -> float:
-    """By how much more holes go together in ``x`` [bits per pixel]."""
-    return _on_average(validator, axis, x, more_holes_together(validator.evidence, axis, x, y))
-
-
-def _on_average(validator: Validator, axis: int, x: Counted, of_cells: Floats) -> float:
-    totals = validator.ruler.totals(x)[validator.ruler.axis_of_cell == axis]
-    return float((of_cells * totals).sum() / max(totals.sum(), 1))

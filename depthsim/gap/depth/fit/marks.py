@@ -137,8 +137,8 @@ def stays_at_pixels(validator: Validator, effect: type[Effect], after: Effects) 
     """
     if effect.kinds[0] not in ("spread", "correlation") or effect.axes[:1] == ("frame_neighbours",):
         return None
-    recorded, simulated = validator.once(_locked_recorded), validator.once(_locked_simulated, after)
-    if recorded <= simulated + validator.evidence.config.agreement.locked:
+    recorded, simulated = validator.once(_held_recorded), validator.once(_held_simulated, after)
+    if recorded.locked <= simulated.locked + validator.evidence.config.agreement.locked:
         return None
     return "makes errors anew in every frame, and the recording's stay at their pixels"
 
@@ -155,8 +155,8 @@ def stays_in_scene(validator: Validator, effect: type[Effect], after: Effects) -
 
 def is_carried(validator: Validator, effects: Effects) -> bool:
     """Whether the recording's errors stay at their places in the scene more than those of a sensor."""
-    recorded, simulated = validator.once(_carried_recorded), validator.once(_carried_simulated, effects)
-    return recorded > simulated + validator.evidence.config.agreement.locked
+    recorded, simulated = validator.once(_held_recorded), validator.once(_held_simulated, effects)
+    return recorded.carried > simulated.carried + validator.evidence.config.agreement.locked
 
 
 def waves_beside(validator: Validator, effects: Effects) -> float | None:
@@ -164,7 +164,10 @@ def waves_beside(validator: Validator, effects: Effects) -> float | None:
     evidence = validator.evidence
     if evidence.camera.aligned or evidence.doubled is not None:  # doubled rows are waves, too
         return None
-    (recorded, length), (simulated, _) = validator.once(_wave_recorded), validator.once(_wave_simulated, effects)
+    (recorded, length), (simulated, _) = (
+        validator.once(_held_recorded).wave,
+        validator.once(_held_simulated, effects).wave,
+    )
     return length if recorded > evidence.config.agreement.waves * simulated else None
 
 
@@ -230,30 +233,6 @@ def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
     return {i: seen[i] if mask is None else seen[i] & mask for i, mask in trusted.items()}
 
 
-def _wave_recorded(validator: Validator) -> tuple[float, float]:
-    return validator.once(_held_recorded).wave
-
-
-def _wave_simulated(validator: Validator, effects: Effects) -> tuple[float, float]:
-    return validator.once(_held_simulated, effects).wave
-
-
-def _locked_recorded(validator: Validator) -> float:
-    return validator.once(_held_recorded).locked
-
-
-def _locked_simulated(validator: Validator, effects: Effects) -> float:
-    return validator.once(_held_simulated, effects).locked
-
-
-def _carried_recorded(validator: Validator) -> float:
-    return validator.once(_held_recorded).carried
-
-
-def _carried_simulated(validator: Validator, effects: Effects) -> float:
-    return validator.once(_held_simulated, effects).carried
-
-
 class _Held(NamedTuple):
     """What holds errors where they are: waves, see :func:`strongest_wave`, their pixels, and their places in the scene.
 
@@ -266,14 +245,16 @@ class _Held(NamedTuple):
 
 
 def _held_recorded(validator: Validator) -> _Held:
-    return _held(validator, list(_signs_recorded(validator)))
+    return _held(validator, (validator.evidence.recorded(i) for i in validator.once(_surfaces)))
 
 
 def _held_simulated(validator: Validator, effects: Effects) -> _Held:
-    return _held(validator, list(_signs_simulated(validator, effects)))
+    shown = (validator.evidence.pictures(effects, b, Seed("waves")) for b in validator.few)
+    return _held(validator, (picture for pictures in shown for picture in pictures))
 
 
-def _held(validator: Validator, signs: list[NDArray[np.int8]]) -> _Held:
+def _held(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> _Held:
+    signs = list(_signs(validator, pictures))
     locked = locked_share(_far_apart(validator, signs))
     return _Held(strongest_wave(signs), locked, carried_share(signs, validator.once(_seen_again)))
 
@@ -286,15 +267,6 @@ def _far_apart(validator: Validator, frames: Iterable[NDArray[np.int8]]) -> list
     """Of the frames of :attr:`Validator.few` the earliest and the latest: no noise lasts from one to the other."""
     shown = dict(zip(validator.once(_surfaces), frames, strict=True))
     return [shown[i] for i in sorted({min(shown), max(shown)})]
-
-
-def _signs_recorded(validator: Validator) -> Iterator[NDArray[np.int8]]:
-    return _signs(validator, (validator.evidence.recorded(i) for i in validator.once(_surfaces)))
-
-
-def _signs_simulated(validator: Validator, effects: Effects) -> Iterator[NDArray[np.int8]]:
-    shown = (validator.evidence.pictures(effects, b, Seed("waves")) for b in validator.few)
-    return _signs(validator, (picture for pictures in shown for picture in pictures))
 
 
 def _signs(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> Iterator[NDArray[np.int8]]:

@@ -15,8 +15,6 @@ Floats = NDArray[np.float64]
 Roots = Callable[[tuple[Effect, ...]], Floats]
 _COMB = tuple(sign * move for move in (0.02, 0.04, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0) for sign in (1, -1))
 """Moves by which other minima near one are found, in changes that matter."""
-
-
 _DAMPED, _AS_PROMISED = 0.01, 0.8
 """A step that is damped by less, and takes off what the slopes promise, to this share, ends where they have their
 least: twice as long a one would take off nothing."""
@@ -149,12 +147,12 @@ def refine(
             damping = max(damping * 30, 0.1)
         else:
             break
-        origin = x
-        went = tried - x
+        origin, went = x, tried - x
         promised = float((went * (2 * gradient - (normal * went).sum(axis=1))).sum())
-        whole = damping < _DAMPED and _AS_PROMISED * promised < before - new < promised / _AS_PROMISED
+        as_promised = _AS_PROMISED * promised < before - new < promised / _AS_PROMISED
+        doublings = 0 if damping < _DAMPED and as_promised else 4
         x, here, least, damping = tried, there, new, damping / 10
-        for _ in range(0 if whole else 4):
+        for _ in range(doublings):
             step = 2 * step
             further = model.bounded(origin + step)
             if np.allclose(further, x):

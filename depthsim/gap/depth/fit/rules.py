@@ -375,18 +375,17 @@ def leaves_own(asked: Asked, k: int) -> str | None:
     closes nearly all may leave more.
     """
     limit, gap, does = asked.limit, asked.gap, asked.does
-    asks = asked.flexible or KINDS[k] == "spread"
-    if not asks or KINDS[k] == "missing" or gap.whole[k] < limit.acts * gap.whole[ALL]:
+    asks = KINDS[k] == "spread" or (asked.flexible and KINDS[k] != "missing")
+    if not asks or gap.whole[k] < limit.acts * gap.whole[ALL]:
         return None
     own = _known_by(asked.validator, asked.effect)
     if not own:
         return None
     axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
-    much = limit.uniform if asked.flexible else limit.all_along
+    much, most = (limit.uniform, limit.left_of_own) if asked.flexible else (limit.all_along, limit.left_of_noise)
     if gap.varies[k, axis] <= max(much * gap.whole[k], limit.sure * gap.chance[k, axis]):
         return None
-    share, most = asked.surely_left(k, axis), limit.left_of_own if asked.flexible else limit.left_of_noise
-    most = limit.left_along if asked.nearly_all else most
+    share, most = asked.surely_left(k, axis), limit.left_along if asked.nearly_all else most
     return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > most else None
 
 

@@ -116,10 +116,8 @@ def _chain(search: Search, score: Score, chain: Chain, known: Collection[str] = 
         grow(search, chain)
         if chain.model is None:
             break
-        if (beside := with_pattern_beside_biases(search, chain.model)) is not chain.model:
-            chain.model, chain.gap = beside, search.validated(beside).gap
-            chain.score = search.validator.score(beside.build(search.base))
-        dropped = _confirm(search, score, chain, chain.model, first=number < rounds)
+        beside = with_pattern_beside_biases(search, chain.model)
+        dropped = _confirm(search, score, chain, beside, first=number < rounds)
         if chain.model is None or (dropped and number < rounds):
             continue
         looked = [[trial for trial in step if not chain.is_out(trial.newest.effect)] for step in chain.looked]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from depthsim.gap.config import DepthWhere
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.axis import Axis
-from depthsim.gap.depth.data.divergence import Ruler
+from depthsim.gap.depth.data.divergence import Counted, Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.data.simulate import LOCATING
 from depthsim.gap.depth.where.correction import learnable
@@ -62,9 +62,7 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
     pairs.sort(key=lambda n: -bits[n])
     own = {n: beyond_each(evidence, n, real, plain) - beyond_each(evidence, n, another, plain) for n in pairs}
     holes = {n: more_holes_together(evidence, n, real, plain) for n in pairs}
-    own_bits, hole_bits = (
-        {n: float((o * _pixels(evidence, ruler, n, real)).sum()) for n, o in each.items()} for each in (own, holes)
-    )
+    own_bits, hole_bits = ({n: over_pixels(ruler, n, real, o) for n, o in each.items()} for each in (own, holes))
     ahead = [n for n in pairs if bits[n] > limit.paired * alone or own_bits[n] > limit.together * alone]
     in_holes = [n for n in pairs if n not in ahead and hole_bits[n] > limit.together * alone]
     others = [n for n in pairs if n not in (*ahead, *in_holes)]
@@ -121,10 +119,10 @@ def _changes(evidence: Evidence, number: int, real: Counts, plain: Counts, anoth
     return max(varies - chance_varies, 0.0), max(whole - chance, 0.0)
 
 
-def _pixels(evidence: Evidence, ruler: Ruler, number: int, counts: Counts) -> Floats:
-    """(cells,) the share of each cell in the pixels of an axis."""
+def over_pixels(ruler: Ruler, number: int, counts: Counted, of_cells: Floats) -> float:
+    """The mean over the pixels of an axis of what each of its cells has. counts: of the pixels; of_cells: (cells,)."""
     totals = ruler.totals(counts)[ruler.axis_of_cell == number]
-    return totals / max(totals.sum(), 1)
+    return float((of_cells * totals).sum() / max(totals.sum(), 1))
 
 
 def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any]) -> Floats:
