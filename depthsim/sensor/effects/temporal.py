@@ -65,6 +65,7 @@ class TemporalFilter(Effect):
     forms = (
         {"persistence": 3, "depth_delta": 0.0},
         {"persistence": 0, "depth_delta": 0.0},
+        {"persistence": 3, "delta": 20 / 32},
         {"persistence": 0, "delta": 20 / 32},
     )
 

@@ -136,9 +136,9 @@ class Search(Fitting):
         along = first_axes(self.validator, before)
 
         def plain(trial: Trial) -> tuple[bool, int]:
-            # Holes that are all gone may as well be filled, as hardly a sensor loses nothing.
-            alike = [len(other.newest.free) for other in found if is_filling(other.newest.effect)]
-            free = max([len(trial.newest.free), *(alike if self.is_less(trial, GONE) else ())])
+            # Holes that are all gone are filled, if that does as well, as hardly a sensor loses nothing.
+            fills = [len(other.newest.free) + 1 for other in found if is_filling(other.newest.effect)]
+            free = max([len(trial.newest.free), *(fills if self.is_less(trial, GONE) else ())])
             return not _is_known_by(trial.newest.effect, along), free
 
         first = plainest(found, lambda trial: trial.gap, plain, margin)

@@ -21,7 +21,7 @@ from depthsim.gap.depth.fit.grow import grow
 from depthsim.gap.depth.fit.in_one import in_one
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
-from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.depth.fit.search import GONE, Search, is_filling
 from depthsim.gap.depth.fit.ties import Ties, compare_rivals, instead, surely_worse
 from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.diagnosis import Nearest
@@ -169,6 +169,7 @@ def _other_beginnings(search: Search, chain: Chain) -> Iterator[Chain]:
         if trial.newest.effect not in chain.named
         and not chain.is_out(trial.newest.effect)
         and trial.gap - first.gap < reach
+        and not (is_filling(first.newest.effect) and search.is_less(trial, GONE))
     ]
     for other in others[: limit.beginnings - 1]:
         trial = instead(search, chain.model, first.newest.effect, other)
