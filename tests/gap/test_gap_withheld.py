@@ -15,8 +15,9 @@ from benchmarks.withheld_score.plan import slice_cases
 from depthsim.gap import Diagnosis, diagnose
 from depthsim.sensor.effect import effect_ids
 
-DEAR = {"disparity_noise", "lens_distortion", "time_offset", "max_range", "spatial_correlation"}
-"""Alone they are in the benchmark only: the others have their kinds and axes."""
+DEAR = {"material_noise", "disparity_noise", "lens_distortion", "time_offset", "extrinsic_rotation", "max_range",
+        "spatial_correlation", "baseline_scale", "fill_rate", "incidence_noise", "invalid_band"}  # fmt: skip
+"""Alone they are in the benchmark only: here the others, and the pairs, have their kinds and axes."""
 CASES = [case for case in slice_cases() if not (case.tier == "a" and set(case.effects) <= DEAR)]
 RIVALS = {"material_noise", "disparity_noise", "fill_rate", "thermal_drift", "vignetting_noise", "heavy_tails"}
 """A fifth of the bank, beside what is true: the whole bank takes a minute a case."""

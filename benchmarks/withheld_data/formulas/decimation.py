@@ -6,13 +6,17 @@ from benchmarks.withheld_data.film import Film, Floats, Formula, Rng, Take
 
 
 class _Blocks(Formula):
-    """amount: side of the blocks [px], rounded. The pictures are those of a camera with so many more pixels."""
+    """amount: side of the blocks [px], rounded. The pictures are those of a camera with so many more pixels, of which
+    no D400 has more than 1280 x 720.
+    """
 
     statistic = "pooled"
     span = (1.0, 4.4)
 
     def __init__(self, rng: Rng, film: Film) -> None:
         self.least = float(rng.uniform(0.0, 0.5))
+        room = min(1280 // film.camera.width, 720 // film.camera.height)
+        self.span = (1.0, min(4.4, room + 0.4))
         self._films: dict[tuple[Film, int], Film] = {}
         self._made: dict[tuple[Film, int, int], Floats] = {}
 

@@ -49,6 +49,10 @@ class SeriesMaterial(OtherMaterial):
         """1 + x + x²/2 + x³/6 + x⁴/24."""
         return 1 + x * (1 + x / 2 * (1 + x / 3 * (1 + x / 4)))
 
+    def known(self) -> dict[str, Any]:
+        """None: beyond m·d = 1 the law with the same m has more noise."""
+        return {}
+
 
 class NoisierMaterial(Formula):
     """One material has the same noise several times over, at any range."""
