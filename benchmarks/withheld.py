@@ -72,6 +72,7 @@ def run(
     remeasure: Annotated[bool, typer.Option(help="Measure the closed fraction again on fresh frames.")] = True,
     apart: Annotated[bool, typer.Option(help="Ask an independent test what an explained case leaves.")] = True,
     alone: Annotated[bool, typer.Option(help="Of tier c diagnose each effect by itself, too.")] = True,
+    own: Annotated[bool, typer.Option(help="Look for a case's own effects alone: for the intervals.")] = False,
     frames: Annotated[int | None, typer.Option(help="In place of a random number.")] = None,
     size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in place of a random one.")] = None,
     seed: Annotated[int, typer.Option(help="Added to the seeds of the plan.")] = 0,
@@ -80,7 +81,7 @@ def run(
     """Diagnose the cases of some tiers, and print the tables."""
     console = Console()
     DepthConfig.varied(vary or [])  # refused here, not case by case
-    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure, apart, alone, tuple(vary or ()))
+    settings = Settings(out.resolve(), jobs, keep, rivals, remeasure, apart, alone, own, tuple(vary or ()))
     wanted: list[Wanted] = []
     for name in tier or list(TIERS):
         if name != "f":

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.withheld_data.case import Wanted
+from depthsim.sensor.effect import effect_ids
 
 ROOT = Path(__file__).resolve().parents[2]
 D435 = ROOT.parent / "shared" / "data" / "d435_floor"
@@ -22,7 +23,7 @@ FOREVER = 3600
 @dataclass(frozen=True)
 class Settings:
     """How cases are run. folder: of the results. keep: leave runs and reports on disk. alone: of several effects
-    diagnose each by itself, too. vary: thresholds.
+    diagnose each by itself, too. own: look for a case's own effects, and no others. vary: thresholds.
     """
 
     folder: Path
@@ -32,6 +33,7 @@ class Settings:
     remeasure: bool = True
     apart: bool = True
     alone: bool = True
+    own: bool = False
     vary: tuple[str, ...] = ()
 
 
@@ -72,6 +74,8 @@ def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
         return record
     record["truth"] = made["answer"]
     without = tuple(made["answer"].get("without", ()))
+    if settings.own:
+        without = tuple(set(effect_ids()) - {effect["effect"] for effect in record["truth"]["effects"]})
     again = folder / "fresh" if fresh else None
     if alone:
         record["alone"] = _each_alone(record["truth"]["effects"], folder, settings)
@@ -100,11 +104,12 @@ def _order(run: Path, sensor: Path, out: Path, without: tuple[str, ...], setting
 
 
 def _there(file: Path, settings: Settings) -> dict[str, Any] | None:
-    """A result that need not be made again: one by these thresholds that is not the failure of a diagnosis."""
+    """A result that need not be made again: of this bank, by these thresholds, and not the failure of a diagnosis."""
     if not file.exists():
         return None
     record: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    return None if record.get("stage") == "diagnose" or record.get("set", []) != list(settings.vary) else record
+    alike = record.get("set", []) == list(settings.vary) and record.get("own", False) == settings.own
+    return record if alike and record.get("stage") != "diagnose" else None
 
 
 def _judged(
@@ -115,7 +120,8 @@ def _judged(
     work.mkdir(parents=True, exist_ok=True)
     order = _order(run, sensor, work / "report", without, settings)
     found = _child({"job": "diagnose", **order}, work)
-    record |= {"seconds": found["seconds"], "peak_mb": found["peak_mb"], "set": list(settings.vary)}
+    record |= {"seconds": found["seconds"], "peak_mb": found["peak_mb"]}
+    record |= {"set": list(settings.vary), "own": settings.own}
     if "error" in found:
         record |= {"error": found["error"], "stage": "diagnose"}
     else:
