@@ -143,8 +143,10 @@ class Camera(BaseModel):
 
         ValueError where there is no colour camera.
         """
-        if self.aligned:
-            return self
+        return self if self.aligned else self._in_color
+
+    @cached_property
+    def _in_color(self) -> "Camera":
         if self.color is None:
             raise ValueError(f"{self.name} has no colour camera")
         own = {name: getattr(self, name) for name in _PICTURE}

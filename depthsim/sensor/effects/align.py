@@ -99,7 +99,7 @@ def _corner_rays(camera: Camera) -> NDArray[np.float32]:
     return rays.astype(np.float32)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=8)
 def _aligned(camera: Camera, x: float, zoom: float, roll: float) -> Camera:
     """A camera whose pictures are a colour camera's; kept, because it keeps its rays."""
     size = {"width": camera.width, "height": camera.height}
@@ -109,11 +109,6 @@ def _aligned(camera: Camera, x: float, zoom: float, roll: float) -> Camera:
     turned = np.radians(roll) / 2
     color = {**size, **own, "rotation": (0.0, 0.0, np.sin(turned), np.cos(turned)), "translation": (x, 0.0, 0.0)}
     return camera.model_copy(update={"color": color, "aligned": True, "depth": left})
-
-
-@lru_cache(maxsize=8)
-def _into_color(camera: Camera) -> Camera:
-    return camera.aligned_to_color()
 
 
 class AlignToColor(Effect):
@@ -199,7 +194,7 @@ class AlignToColor(Effect):
 
     def stored(self, camera: Camera) -> Camera:
         """The camera as an aligned one: to its own colour camera, or to the one that the parameters put beside it."""
-        return _aligned(camera, self.x, self.zoom, self.roll) if camera.color is None else _into_color(camera)
+        return _aligned(camera, self.x, self.zoom, self.roll) if camera.color is None else camera.aligned_to_color()
 
     def bend(self, view: View) -> None:
         """From the colour camera's pose to that of the left imager, whose rays are cast."""

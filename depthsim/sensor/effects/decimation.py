@@ -1,6 +1,7 @@
 """Fewer pixels: the driver's decimation."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -167,6 +168,8 @@ def _resized(camera: Camera, change: Callable[[Camera], Camera]) -> Camera:
     return change(camera.left).aligned_to_color() if camera.aligned else change(camera)
 
 
+@lru_cache(maxsize=8)
 def _scaled(camera: Camera, width: int, height: int, by: float) -> Camera:
+    """Kept, because it keeps its rays."""
     keys = {name: getattr(camera, name) * by for name in ("fx", "fy", "cx", "cy")}
     return camera.model_copy(update={"width": width, "height": height, **keys})
