@@ -199,7 +199,7 @@ def closed(results: Iterable[Result]) -> list[float]:
 
 def _measured(result: Result) -> bool:
     again = result.get("remeasured")
-    return again is not None and "error" not in again and result["diagnosis"]["verdict"] != "no_gap"
+    return again is not None and "error" not in again and bool(result["diagnosis"]["causes"])
 
 
 def _known(result: Result) -> list[tuple[float, tuple[float, float]]]:
