@@ -40,6 +40,35 @@ def cut(axis: str, what: Any) -> Cut:
 
 
 @pytest.mark.parametrize(
+    ("alone", "left", "stays"),
+    [
+        ((3.0, 2.0), 0.5, False),
+        ((3.0, 2.0), 0.05, True),  # calibrated together
+        ((0.8, 2.0), 0.5, True),  # the first comes nearer by itself
+    ],
+)
+def test_biases_that_only_cancel_leave_next_to_nothing(
+    monkeypatch: pytest.MonkeyPatch, alone: tuple[float, float], left: float, stays: bool
+) -> None:
+    gaps = {(): 1.0, ("intrinsics",): alone[0], ("extrinsic_rotation",): alone[1]}
+
+    def gap(effects: Any) -> float:
+        named = tuple(effect.id for effect in effects if effect.id != "fill_rate")
+        return gaps.get(named, 0.6)
+
+    validator = cast("Validator", SimpleNamespace(evidence=VALIDATOR.evidence, quick=gap))
+    biased = {0: 1.0, 2: left}
+    monkeypatch.setattr(
+        withdraw, "against", lambda _, effects: SimpleNamespace(whole=[biased[len(effects) - len(effects) % 2]])
+    )
+    given = selection("intrinsics", "fill_rate", "extrinsic_rotation")
+    found = withdraw.cancelling(validator, given)
+    kept = ["intrinsics", "fill_rate", "extrinsic_rotation"] if stays else ["fill_rate"]
+    assert [part.effect for part in found.model.parts] == kept
+    assert [round(near.closed_fraction, 6) for near in found.nearest] == ([] if stays else [0.2, 0.2])
+
+
+@pytest.mark.parametrize(
     ("effects", "where", "closed", "left", "stays"),
     [
         (["fill_rate"], [("time", "missing")], 0.97, 1.0, False),  # it closes nearly all, and none of what comes first

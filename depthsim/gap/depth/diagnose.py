@@ -212,6 +212,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
             (validator, selecting), evidence = own, centred
     if validator is not selecting:
         selection = withdraw.unsupported(validator, selecting, selection)
+    selection = withdraw.cancelling(selecting, selection)
     selection = withdraw.left_by_biases(selecting, selection)
     selection = with_fine_pattern(selecting, selection, say)
     is_cause = poses is not None and not poses.are_as_held and matter(recorded, validator, selection)

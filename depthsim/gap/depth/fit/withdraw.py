@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from depthsim.gap.depth.data.evidence import biases_of
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.agreement import is_uniform, left_along, left_of_change
+from depthsim.gap.depth.fit.changes import against
 from depthsim.gap.depth.fit.marks import only_its_own
 from depthsim.gap.depth.fit.rules import PLACES
 from depthsim.gap.depth.fit.select import Selection
@@ -18,6 +20,7 @@ from depthsim.gap.diagnosis import Cut, Nearest
 from depthsim.gap.selection import Refused
 from depthsim.sensor.effect import Effect, effect_class
 from depthsim.sensor.effects.extrinsics import ExtrinsicRotation, ExtrinsicTranslation, TimeOffset
+from depthsim.sensor.parameter import learned_of
 
 _LINES = {"image_column", "image_row"}
 _NEIGHBOURS = {"pixel_neighbours", "frame_neighbours"}
@@ -117,6 +120,30 @@ def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
     return selection
 
 
+def cancelling(selecting: Validator, selection: Selection) -> Selection:
+    """Without two biases that do nothing but cancel, if they leave some of the biases all the same.
+
+    Neither alone, as it is fitted beside the other, comes nearer to the recording than none. So are a camera and its
+    mount that were calibrated together, which leave next to nothing; others come near to the shape of a third.
+    """
+    model, base = selection.model, selecting.evidence.base
+    biases = [k for k, one in enumerate(model.effects) if one.kinds[0] == "bias" and not learned_of(one)]
+    for one, other in combinations(biases, 2):
+        rest = model.less(other).less(one).build(base)
+        without = selecting.quick(rest)
+        alone = (model.parts[k].build(rest, model.split(model.x)[k]) for k in (one, other))
+        if any(selecting.quick(effects) < without for effects in alone):
+            continue
+        left = against(selecting, model.build(base)).whole[0]
+        if left > selecting.evidence.config.agreement.near_floor * against(selecting, rest).whole[0]:
+            closes = (without - selecting.quick(model.build(base))) / 2
+            for number, beside in ((other, one), (one, other)):  # the later one first, as those after it move up
+                why = f"does nothing but cancel {model.parts[beside].effect}, and some of the biases is left"
+                selection = _less(selecting, selection, number, why, closes)
+            return cancelling(selecting, selection)
+    return selection
+
+
 def _is_whole(selecting: Validator, selection: Selection, number: int) -> bool:
     """Whether one cause leaves next to nothing of how errors of its kind change along its own axes."""
     model, base = selection.model, selecting.evidence.base
@@ -194,10 +221,13 @@ def _shows_for_sure(selecting: Validator, selection: Selection, number: int) -> 
     return only_its_own(selecting, *change)
 
 
-def _less(selecting: Validator, selection: Selection, number: int, why: str) -> Selection:
-    """The selection without one of its causes, which is kept as what comes near."""
+def _less(selecting: Validator, selection: Selection, number: int, why: str, closes: float | None = None) -> Selection:
+    """The selection without one of its causes, which is kept as what comes near.
+
+    closes: by default what it does on top of the others.
+    """
     whole = max(selecting.quick(selecting.evidence.base), 1e-12)
-    share = _closes(selecting, selection, number) / whole
+    share = (_closes(selecting, selection, number) if closes is None else closes) / whole
     near = Nearest(effect=selection.model.parts[number].effect, closed_fraction=share, why_not=why)
     return replace(selection, model=selection.model.less(number), nearest=(*selection.nearest, near))
 
