@@ -244,13 +244,21 @@ def test_a_small_cause_with_many_parameters_is_known_along_an_axis_of_its_own(
     assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
 
 
-@pytest.mark.parametrize(("noise", "named", "begins"), [(0.35, 1, True), (0.45, 1, False), (0.35, 2, False)])
+@pytest.mark.parametrize(
+    ("noise", "named", "gone", "begins"),
+    [(0.35, 1, False, True), (0.45, 1, False, False), (0.35, 2, False, False), (0.35, 1, True, False)],
+)
 def test_another_beginning_is_tried_where_it_comes_near(
-    monkeypatch: pytest.MonkeyPatch, noise: float, named: int, begins: bool
+    monkeypatch: pytest.MonkeyPatch, noise: float, named: int, gone: bool, begins: bool
 ) -> None:
-    """Near to a lone first cause, by what the two close; beside others, which have their parts, by what is left."""
+    """Near to a lone first cause, by what the two close; beside others, which have their parts, by what is left.
+
+    gone: the first fills what the other has none of, so that it is as good.
+    """
     monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(select, "is_filling", lambda effect: gone)
     search = cast("Search", FakeSearch(noise_offset=0.3))
+    monkeypatch.setattr(search, "is_less", lambda trial, by: by > 0, raising=False)
     first = chain(0.2, *("filter", "offset")[:named])
     first.looked = [(Trial(model("filter"), 0.2), Trial(model("noise"), noise))]
     others = list(select._other_beginnings(search, first))
