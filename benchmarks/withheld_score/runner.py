@@ -75,7 +75,8 @@ def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
     record["truth"] = made["answer"]
     without = tuple(made["answer"].get("without", ()))
     if settings.own:
-        without = tuple(set(effect_ids()) - {effect["effect"] for effect in record["truth"]["effects"]})
+        true = {effect["effect"] for effect in record["truth"]["effects"]}
+        without = tuple(name for name in effect_ids() if name not in true)
     again = folder / "fresh" if fresh else None
     if alone:
         record["alone"] = _each_alone(record["truth"]["effects"], folder, settings)

@@ -45,11 +45,18 @@ def jackknife(statistic: Callable[[NDArray[np.int64]], float], blocks: int) -> t
 def jackknife_half(left_out: Floats) -> Floats:
     """(...) half of the 95 % interval of a statistic; left_out: (blocks, ...) it without each of three blocks or more.
 
-    Source: Efron and Stein, "The Jackknife Estimate of Variance", 1981; Student's t for as many blocks.
+    Of as many standard errors as Student's t has for so many blocks.
+    """
+    return np.asarray(np.sqrt(jackknife_variance(left_out)) * float(stdtrit(len(left_out) - 1, 0.975)))
+
+
+def jackknife_variance(left_out: Floats) -> Floats:
+    """(...) the variance of a statistic; left_out: (blocks, ...) it without each of two blocks or more.
+
+    Source: Efron and Stein, "The Jackknife Estimate of Variance", 1981.
     """
     count = len(left_out)
-    error = np.sqrt((count - 1) / count * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
-    return np.asarray(error * float(stdtrit(count - 1, 0.975)))
+    return np.asarray((count - 1) / count * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
 
 
 @dataclass(frozen=True)

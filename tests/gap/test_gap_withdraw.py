@@ -56,11 +56,9 @@ def test_biases_that_only_cancel_leave_next_to_nothing(
         named = tuple(effect.id for effect in effects if effect.id != "fill_rate")
         return gaps.get(named, 0.6)
 
-    validator = cast("Validator", SimpleNamespace(evidence=VALIDATOR.evidence, quick=gap))
-    biased = {0: 1.0, 2: left}
-    monkeypatch.setattr(
-        withdraw, "against", lambda _, effects: SimpleNamespace(whole=[biased[len(effects) - len(effects) % 2]])
-    )
+    validator = cast("Validator", SimpleNamespace(evidence=VALIDATOR.evidence, quick=gap, once=lambda work, x: work(x)))
+    biased = {1: 1.0, 3: left}
+    monkeypatch.setattr(withdraw, "against", lambda effects: SimpleNamespace(whole=[biased[len(effects)]]))
     given = selection("intrinsics", "fill_rate", "extrinsic_rotation")
     found = withdraw.cancelling(validator, given)
     kept = ["intrinsics", "fill_rate", "extrinsic_rotation"] if stays else ["fill_rate"]

@@ -16,7 +16,7 @@ class _Blocks(Formula):
     def __init__(self, rng: Rng, film: Film) -> None:
         self.least = float(rng.uniform(0.0, 0.5))
         room = min(1280 // film.camera.width, 720 // film.camera.height)
-        self.span = (1.0, min(4.4, room + 0.4))
+        self.span = (self.span[0], min(self.span[1], room + 0.4))
         self._films: dict[tuple[Film, int], Film] = {}
         self._made: dict[tuple[Film, int, int], Floats] = {}
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthsim.gap.depth.data.divergence import Floats, Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.fit.optimize import Model, loss, neighbours
-from depthsim.gap.resampling import jackknife, jackknife_half
+from depthsim.gap.resampling import jackknife, jackknife_half, jackknife_variance
 from depthsim.sensor.effect import Effect
 
 _LEAST_SHARE = 0.002
@@ -48,10 +48,8 @@ def parameter_intervals(evidence: Evidence, ruler: Ruler, base: Sequence[Effect]
     every = np.arange(len(blocks))
     left_out = np.array([moves(np.delete(every, k)) for k in every])
     # The simulation's own chance is as large as the recording's and is in the differences already.
-    half = np.hypot(
-        jackknife_half(left_out.sum(axis=1)), 2 * _disagreement(moves(every), left_out, by_axis(slope * toward))
-    )
-    half = np.minimum(half, 50)
+    apart = _disagreement(moves(every), left_out, by_axis(slope * toward))
+    half = np.minimum(np.hypot(jackknife_half(left_out.sum(axis=1)), 2 * apart), 50)
     low, high = model.x - half, model.x + half
 
     def worse(there: Counts, kept: NDArray[np.int64]) -> float:
@@ -84,7 +82,5 @@ def _disagreement(moves: Floats, left_out: Floats, shares: Floats) -> Floats:
     """
     shares = np.where(shares > _LEAST_SHARE, shares, 0)
     weights = shares / np.maximum(shares.sum(axis=0), 1e-12)
-    count = len(left_out)
-    chance = (count - 1) / count * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0)
-    between = (moves**2 - chance) / np.maximum(shares, _LEAST_SHARE) ** 2
+    between = (moves**2 - jackknife_variance(left_out)) / np.maximum(shares, _LEAST_SHARE) ** 2
     return np.asarray(np.sqrt(np.maximum((weights * between).sum(axis=0), 0)))

@@ -157,7 +157,10 @@ def _confirm(search: Search, score: Score, chain: Chain, model: Model, *, first:
 
 
 def _other_beginnings(search: Search, chain: Chain) -> Iterator[Chain]:
-    """Where something is left: the same causes with another one in the place of the first, if that comes near."""
+    """Where something is left: the same causes with another one in the place of the first, if that comes near.
+
+    Not no holes at all in the place of what fills them, which does nearly as well: hardly a sensor loses nothing.
+    """
     limit = search.config.select
     first = next((trial for step in chain.looked[:1] for trial in step if trial.newest.effect in chain.named), None)
     if chain.model is None or first is None or not search.leaves(chain.model, chain.score):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthsim.gap.depth.data.evidence import biases_of
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.agreement import is_uniform, left_along, left_of_change
-from depthsim.gap.depth.fit.changes import against
+from depthsim.gap.depth.fit.changes import KINDS, against
 from depthsim.gap.depth.fit.marks import only_its_own
 from depthsim.gap.depth.fit.rules import PLACES
 from depthsim.gap.depth.fit.select import Selection
@@ -134,11 +134,11 @@ def cancelling(selecting: Validator, selection: Selection) -> Selection:
         alone = (model.parts[k].build(rest, model.split(model.x)[k]) for k in (one, other))
         if any(selecting.quick(effects) < without for effects in alone):
             continue
-        left = against(selecting, model.build(base)).whole[0]
-        if left > selecting.evidence.config.agreement.near_floor * against(selecting, rest).whole[0]:
+        gap, left = (selecting.once(against, x).whole[KINDS.index("bias")] for x in (rest, model.build(base)))
+        if left > selecting.evidence.config.agreement.near_floor * gap:
             closes = (without - selecting.quick(model.build(base))) / 2
             for number, beside in ((other, one), (one, other)):  # the later one first, as those after it move up
-                why = f"does nothing but cancel {model.parts[beside].effect}, and some of the biases is left"
+                why = f"does nothing but cancel {model.parts[beside].effect}, and some of the biases are left"
                 selection = _less(selecting, selection, number, why, closes)
             return cancelling(selecting, selection)
     return selection
