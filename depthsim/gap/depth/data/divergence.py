@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.axis import Axis
 from depthsim.gap.depth.data.histograms import BINS
+from depthsim.kernels import kernel
 
 MEASURE = "Jensen-Shannon divergence of the errors' distributions, mean over all axes"
 UNIT = "bits per pixel"
@@ -60,22 +61,16 @@ class Ruler:
 
     def divergence(self, a: Counted, b: Counted) -> Floats:
         """(cells,) Jensen–Shannon divergence of the histograms in each cell [bits], 0 where one is empty."""
-        return self._divergence(a, b, self.totals(a))
-
-    def _divergence(self, a: Counted, b: Counted, n: Floats) -> Floats:
-        m = self.totals(b)
-        filled = np.flatnonzero(a + b)  # a small part of all
-        cell = self.cell_of_bin[filled]
-        p, q = a[filled] / np.maximum(n, 1)[cell], b[filled] / np.maximum(m, 1)[cell]
-        middle = (p + q) / 2
-        bits = p * np.log2(np.maximum(p / middle, _LEAST)) + q * np.log2(np.maximum(q / middle, _LEAST))
-        return np.where((n > 0) & (m > 0), np.bincount(cell, bits, len(n)) / 2, 0)
+        shares, ratios = np.empty((2, len(a))), np.empty((2, len(a)))
+        _shares(np.asarray(a, np.float64), np.asarray(b, np.float64), self.starts, shares, ratios)
+        shares *= np.log2(ratios, out=ratios)
+        return np.asarray(np.add.reduceat(shares[0] + shares[1], self.starts)) / 2
 
     def by_axis(self, a: Counted, b: Counted) -> Floats:
         """(axes,) mean divergence of each axis's cells [bits per pixel]."""
         totals = self.totals(a)
         in_axis = np.bincount(self.axis_of_cell, totals, self.axes)
-        summed = np.bincount(self.axis_of_cell, totals * self._divergence(a, b, totals), self.axes)
+        summed = np.bincount(self.axis_of_cell, totals * self.divergence(a, b), self.axes)
         return np.asarray(summed / np.maximum(in_axis, 1))
 
     def over_axes(self, by_axis: Floats, counts: Counted) -> Floats:
@@ -98,3 +93,20 @@ class Ruler:
     def gap(self, a: Counted, b: Counted) -> float:
         """The gap: the mean over the axes of :meth:`by_axis` [bits per pixel]."""
         return float(self.over_axes(self.by_axis(a, b), a))
+
+
+@kernel
+def _shares(a, b, starts, shares, ratios):
+    """(2, size) the share of each bin in its cell, in ``a`` and ``b``, and its ratio to the mean of both; no shares in
+    cells that one has not."""
+    for cell in range(starts.size):
+        begin, end = starts[cell], starts[cell + 1] if cell + 1 < starts.size else a.size
+        x, y, p, q = a[begin:end], b[begin:end], shares[0, begin:end], shares[1, begin:end]
+        r, s = ratios[0, begin:end], ratios[1, begin:end]
+        n, m = x.sum(), y.sum()
+        in_both = n > 0 and m > 0
+        n, m = 1 / n if in_both else 0.0, 1 / m if in_both else 0.0
+        for k in range(x.size):  # without branches, which the vector unit has none of
+            p[k], q[k] = x[k] * n, y[k] * m
+            to_mean = 2 / max(p[k] + q[k], _LEAST)
+            r[k], s[k] = max(p[k] * to_mean, _LEAST), max(q[k] * to_mean, _LEAST)

@@ -202,12 +202,15 @@ class Evidence:
         """
         ordered = acting(effects)
         key = repr(([(e.id, e) for e in ordered], list(blocks), seed))
-        if (known := self._totals.pop(key, None)) is None:
-            known = isal_zlib.compress(self._total(ordered, blocks, seed), 0)
-        self._totals[key] = known
+        if (packed := self._totals.pop(key, None)) is not None:
+            total = np.frombuffer(isal_zlib.decompress(packed), np.uint32)
+        else:
+            total = self._total(ordered, blocks, seed)
+            packed = isal_zlib.compress(total, 0)
+        self._totals[key] = packed
         if len(self._totals) > _REMEMBERED:
             del self._totals[next(iter(self._totals))]
-        return np.frombuffer(isal_zlib.decompress(known), np.uint32)
+        return total
 
     def _total(self, ordered: Sequence[Effect], blocks: Sequence[int], seed: Seed) -> Counts:
         frames = [int(i) for b in blocks for i in self.blocks[b]]

@@ -9,12 +9,12 @@ from scipy.spatial.distance import jensenshannon
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.histograms import ACROSS, ERROR, ERROR_HOLE, ERROR_NO_SURFACE, MAGNITUDES, UP
 from depthsim.gap.diagnosis import What
+from depthsim.kernels import kernel
 
 _MIDDLES = np.concatenate([[0], (MAGNITUDES[:-1] + MAGNITUDES[1:]) / 2, [100]])
 _CENTRES = np.concatenate([-_MIDDLES[::-1], _MIDDLES])
 _CENTRES[15], _CENTRES[16] = -0.07, 0.07
 _EDGES = np.concatenate([-MAGNITUDES[::-1], [0], MAGNITUDES, [140]]).astype(np.float64)
-_EVEN = np.linspace(0, 1, len(_CENTRES))
 TAIL = 4.5
 """Errors beyond so many spreads of the simulator are reported as tails, where both have few of them."""
 
@@ -146,19 +146,30 @@ def tails(
 
 def _core(shares: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(cells,) median and spread from shares by bin (cells, bins), interpolated; 0 and 1 of none."""
-    sums = np.cumsum(shares, axis=1)
-    whole = sums[:, -1:]
-    sums = np.where(whole > 0, sums / np.maximum(whole, 1e-300), _EVEN)
-    rows, found = np.arange(len(sums)), []
-    for share in (0.16, 0.5, 0.84):
-        after = np.minimum((sums < share).sum(axis=1), sums.shape[1] - 1)
-        before = np.maximum(after - 1, 0)
-        low, high = sums[rows, before], sums[rows, after]
-        part = np.clip((share - low) / np.maximum(high - low, 1e-300), 0, 1)
-        found.append(_EDGES[before] + part * (_EDGES[after] - _EDGES[before]))
-    low, middle, high = found
-    empty = whole[:, 0] <= 0
-    return np.where(empty, 0.0, middle), np.where(empty, 1.0, np.maximum((high - low) / 2, 0.05))
+    middle, spread = np.zeros(len(shares)), np.ones(len(shares))
+    _quantiles(shares, _EDGES, middle, spread)
+    return middle, spread
+
+
+@kernel
+def _quantiles(shares, edges, middle, spread):
+    found, sums = np.empty(3), np.empty(shares.shape[1])
+    for cell in range(len(shares)):
+        whole = 0.0
+        for k in range(sums.size):
+            whole += shares[cell, k]
+            sums[k] = whole
+        if whole <= 0:
+            continue
+        for q, share in enumerate((0.16, 0.5, 0.84)):
+            after = 0
+            while sums[after] / whole < share and after < sums.size - 1:
+                after += 1
+            before = max(after - 1, 0)
+            low, high = sums[before] / whole, sums[after] / whole
+            part = min((share - low) / (high - low), 1.0) if high > low else 0.0
+            found[q] = edges[before] + part * (edges[after] - edges[before])
+        middle[cell], spread[cell] = found[1], max((found[2] - found[0]) / 2, 0.05)
 
 
 def _binary(p: float, q: float) -> float:
