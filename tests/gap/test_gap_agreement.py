@@ -267,6 +267,17 @@ def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: f
     assert "along range" in str(rules.leaves(alone, HOLES))
 
 
+@given(st.floats(0, 1))
+def test_what_is_crossed_with_another_causes_axis_gives_way_to_the_effects_own(left: float) -> None:
+    """Holes of one material, where the formula of holes by range leaves the most along both together."""
+    gap, does = changes(HOLES, 0.0, [0.03125, 0.03125, 0.125]), changes(HOLES, 0.0, [0, 0.03125, 0])
+    rest = changes(HOLES, 0.0, [0.03125, 0.03125 * left, 0.125])
+    beside = asked("material_dropout", gap, rest, does, before=(effect_class("range_dropout")(),))
+    limit = DepthConfig().agreement
+    assert (rules.leaves(replace(beside, alone=False, closes_well=False), HOLES) is None) == (left <= limit.left_along)
+    assert "along range x material" in str(rules.leaves(replace(beside, before=()), HOLES))
+
+
 @pytest.mark.parametrize(("left", "refused"), [(0.01, False), (0.2, True)])
 def test_what_acted_before_steps_leaves_next_to_nothing_along_their_axis(left: float, refused: bool) -> None:
     """An offset of coarse steps makes biases that change with the phase most, as what another origin leaves does."""

@@ -206,11 +206,50 @@ def test_a_small_cause_has_no_parameter_for_each_material(
     search = FakeSearch()
     search.acts = lambda of: acts
     search.makes_steps, search.is_flexible = (lambda of: False), (lambda candidate: False)
+    search.is_of_one_material = lambda trial, before: False
     begun = chain(0.2, "lens_distortion")
     begun.score = SimpleNamespace(above=0.1, floor=0.0)
     free = {"material_noise": (Free(("m", "wood"), 0, 1, log=False, step=0.1),)}.get(effect, ())
     trial = Trial(Model((Candidate(effect, free, {}, ((),)),), np.empty(0)), gap)
     assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
+
+
+@pytest.mark.parametrize(
+    ("of_one", "along", "others", "enough"),
+    [
+        (True, 0.1, None, True), (False, 0.1, None, False), (True, 0.5, None, False), (True, None, None, False),
+        (True, 0.1, "is another", False),
+    ],
+)  # fmt: skip
+def test_holes_of_one_material_are_no_leftover_of_other_holes(
+    of_one: bool, along: float | None, others: str | None, enough: bool
+) -> None:
+    """Less than a hundredth of the gap, half of what another cause of holes has left."""
+    search = FakeSearch()
+    search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: False)
+    search.left_along, search.is_of_one_material = (lambda of: along), (lambda trial, before: of_one)
+    search.disagreement = lambda of, number, alone: others
+    begun = chain(0.008, "range_dropout")
+    begun.score = SimpleNamespace(above=0.008, floor=0.0)
+    free = (Free(("rates", "wood"), 0, 1, log=False, step=0.02),)
+    trial = Trial(Model((Candidate("material_dropout", free, {}, ((),)),), np.zeros(1)), 0.004)
+    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
+
+
+@pytest.mark.parametrize(("of_steel", "is_one"), [(0.52, True), (0.6, False)])
+def test_what_closes_as_much_by_one_material_alone_is_for_it(of_steel: float, is_one: bool) -> None:
+    search, asked = FakeSearch(), []
+
+    def validated(of: Model) -> Trial:
+        asked.append(of.parameters(1))
+        return Trial(of, of_steel if "steel" in asked[-1]["rates"] else 0.9)
+
+    search.validated = validated  # type: ignore[method-assign]
+    wood, steel = (Free(("rates", tag), 0, 1, log=False, step=0.02) for tag in ("wood", "steel"))
+    newest = Candidate("material_dropout", (wood, steel), {"rates": {}}, ((0.0, 0.0),))
+    trial = Trial(Model((*model("range_dropout").parts, newest), np.array([1.0, 2.0])), 0.5)
+    assert Search.is_of_one_material(cast("Search", search), trial, 1.0) == is_one
+    assert asked == [{"rates": {"wood": 0.02}}, {"rates": {"steel": 0.04}}]
 
 
 @pytest.mark.parametrize(("rival_acts", "enough"), [(False, True), (True, False)])

@@ -143,9 +143,11 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         return False
     kind = effect_class(trial.newest.effect).kinds[0]
     named = {one for name in chain.named for one in _formula_of(name)}
-    if kind in ("bias", "spread", "missing") and kind in named and gained < limit.least * search.whole:
-        return False  # as much is left by the formula of the first
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
+    # As much is left by the formula of the first.
+    is_as_little = kind in ("bias", "spread", "missing") and kind in named and gained < limit.least * search.whole
+    if is_as_little and not (by_material and _is_of_one_material(search, chain, trial)):
+        return False
     flexible = by_material or search.is_flexible(trial.newest)
     if flexible and gained < limit.further * search.whole and not _is_no_leftover(search, chain, trial, by_material):
         return False
@@ -173,7 +175,20 @@ def _is_no_leftover(search: Search, chain: Chain, trial: Trial, by_material: boo
     """
     if chain.gap - trial.gap >= search.config.agreement.nearly_all * chain.score.above:
         return search.acts(trial.model)
-    if by_material or not search.acts(trial.model):
+    return _is_of_one_material(search, chain, trial) if by_material else _lies_apart(search, chain, trial)
+
+
+def _is_of_one_material(search: Search, chain: Chain, trial: Trial) -> bool:
+    """Whether an effect with a parameter for each material is one for one of them.
+
+    Materials that lie at other ranges show another formula of the range, but each of them some of it.
+    """
+    return search.is_of_one_material(trial, chain.gap) and _lies_apart(search, chain, trial)
+
+
+def _lies_apart(search: Search, chain: Chain, trial: Trial) -> bool:
+    """Whether an effect leaves little along an axis that is no other's, beside which the others stay causes."""
+    if not search.acts(trial.model):
         return False
     along = search.left_along(trial.model)
     if along is None or along > search.config.select.left_alone:

@@ -182,12 +182,20 @@ def _is_more(asked: Asked, k: int) -> bool:
 
 def _first(asked: Asked, k: int) -> int:
     """The axis along which a kind of gap changes most. One of another cause, whose formula may leave that, gives way to
-    one of the effect's own, if much changes along it."""
+    one of the effect's own, if much changes along it, and one of its own that is crossed with that to its own alone."""
     varies, first = asked.gap.varies[k], int(np.argmax(worth_of(asked.validator, asked.gap, k)[1]))
-    if k == ALL or asked.own[first] or not asked.others(first):
+    if k == ALL or not asked.others(first):
         return first
     own = asked.beside(k)
+    if asked.own[first]:
+        return own if own is not None and _is_crossed(asked, k, first) else first
     return first if own is None or varies[own] < asked.limit.beside * varies[first] else own
+
+
+def _is_crossed(asked: Asked, k: int, axis: int) -> bool:
+    """Whether an axis is one of the effect's own crossed with one of another cause of that kind, which it has not."""
+    theirs = asked.validator.evidence.axes[axis].names - set(asked.effect.axes)
+    return any(theirs & set(cause.axes) for cause in asked.others(axis, k))
 
 
 def is_of(asked: Asked, k: int) -> str | None:

@@ -1,6 +1,7 @@
 """The bank of effects tried on top of the causes found so far: all in a first look, the leaders in full."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,8 +21,8 @@ from depthsim.gap.depth.fit.rules import is_idle, shows_itself
 from depthsim.gap.selection import plainest
 from depthsim.sensor.effect import Effect, Stage, effect_class
 
-GONE = 17.0
-"""A thousandth of what it was, as fits vary logarithms."""
+GONE = 11.5
+"""A hundredth of what it was, as fits vary logarithms."""
 
 
 class Search(Fitting):
@@ -159,6 +160,23 @@ class Search(Fitting):
         newest, x = trial.newest, trial.model.split(trial.model.x)[-1]
         there = any(effect.id == newest.effect for effect in self.base)
         return there and len(x) == 1 and newest.free[0].log and newest.encode(newest.starts[0])[0] - x[0] > by
+
+    def is_of_one_material(self, trial: Trial, before: float) -> bool:
+        """Whether the newest part of a trial closes nearly as much if it is for one material alone.
+
+        before: the gap without it.
+        """
+        *others, newest = trial.model.parts
+        *xs, own = trial.model.split(trial.model.x)
+        enough = before - self.config.select.of_one * (before - trial.gap)
+        for k, free in enumerate(newest.free):
+            if isinstance(free.key, tuple):
+                kept = [n for n, one in enumerate(newest.free) if n == k or not isinstance(one.key, tuple)]
+                alone = replace(newest, free=tuple(newest.free[n] for n in kept))
+                model = Model((*others, alone), np.concatenate([*xs, own[kept]]))
+                if self.validated(model).gap <= enough:
+                    return True
+        return False
 
     def in_other_form(self, so_far: Model | None, trial: Trial) -> Trial | None:
         """An effect in the form that closes more than that of ``trial``, if one does; None for one with few parameters
