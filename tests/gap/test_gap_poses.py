@@ -120,10 +120,14 @@ def test_errors_of_the_sensor_keep_their_names(effect: str, keys: Any, scene: Sc
     assert [cause.effect for cause in found.causes] == [effect]
 
 
-@pytest.mark.parametrize("lags", [True, False])
-def test_what_lags_behind_is_no_error_of_the_poses(lags: bool, scene: Scene, shaken: Run, tmp_path: Path) -> None:
-    """A mean of the depth over the frames before, written into the pictures that the run has."""
-    run = record(scene, tmp_path / "run") if lags else shaken
+@pytest.mark.parametrize(("lags", "turned"), [(True, False), (True, True), (False, False)])
+def test_what_lags_behind_is_no_error_of_the_poses(
+    lags: bool, turned: bool, scene: Scene, shaken: Run, tmp_path: Path
+) -> None:
+    """A mean of the depth over the frames before, written into the pictures that the run has, also of a camera that is
+    turned against its poses."""
+    mount = {"extrinsic_rotation": {"x": 1.0, "y": -0.7, "z": 0.5}} if turned else {}
+    run = record(scene, tmp_path / "run", **mount) if lags else shaken
     state = run.depth_raw(0).astype(float)
     for index, file in enumerate(run.files if lags else ()):
         now = run.depth_raw(index).astype(float)
@@ -131,8 +135,9 @@ def test_what_lags_behind_is_no_error_of_the_poses(lags: bool, scene: Scene, sha
         state = np.where(same, 0.35 * now + 0.65 * state, now)
         file.write_bytes(encode_png(np.round(state).astype(np.uint16)))
     evidence, _ = load_evidence(Run.open(run.path) if lags else run, scene, BASE)
-    without = [name for name in effect_ids() if name != "temporal_filter"]
-    assert poses.is_for_what_lags(evidence, evidence.held_out, without, lambda _: None) == lags
+    without = [name for name in effect_ids() if name not in ("temporal_filter", "extrinsic_rotation")]
+    errors = register_frames(evidence)[0]
+    assert poses.is_for_what_lags(evidence, errors, evidence.held_out, without, lambda _: None) == lags
 
 
 def test_a_mount_that_is_turned_beside_poses_that_are_off(scene: Scene, tmp_path: Path) -> None:

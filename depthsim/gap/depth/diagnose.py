@@ -180,7 +180,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
         errors, poses = register_frames(given)
         if poses is not None:
             registered = _parts(poses.evidence)
-            lags = partial(is_for_what_lags, given, selecting.blocks, without, say)
+            lags = partial(is_for_what_lags, given, errors, selecting.blocks, without, say)
             if not poses.bring_nearer(recorded, registered[0]) or lags():
                 poses = None
             else:

@@ -12,10 +12,10 @@ from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.data.registration import Registration, register
 from depthsim.gap.depth.fit.agreement import leaves_biases
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
-from depthsim.gap.depth.fit.fitting import Fitting, Say
+from depthsim.gap.depth.fit.fitting import Fitting, Say, Trial
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator, closed_error
-from depthsim.sensor.effect import Effect, effect_class, effect_ids
+from depthsim.sensor.effect import Effect, effect_class
 from depthsim.sensor.effects.pose_noise import PoseNoise
 
 _LATE = (
@@ -33,6 +33,7 @@ _LASTS = (
 _WORSE, _NEARER = 1.1, 0.5
 """Times the gap as it is: above the one, registering the frames makes it larger by more than chance; below the other,
 it makes it much smaller, where what is alike in all frames is taken off, too."""
+_MOUNTS = ("extrinsic_rotation", "extrinsic_translation")
 _SURE = 3.0
 """Standard errors that the poses' errors must be off from those that the simulator has."""
 
@@ -112,16 +113,32 @@ def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
     return errors, Poses(found, held, _registered(given, found))
 
 
-def is_for_what_lags(given: Evidence, blocks: Sequence[int], without: Sequence[str], say: Say) -> bool:
-    """Whether an effect that looks back closes nearly all of the gap of frames as they are: before a camera that moves,
-    what lags behind is like poses that are off. blocks: those that it is asked on."""
-    names = [n for n in effect_ids() if n not in without and effect_class(n)().looks_back]
-    bank = [c for c in candidates(given.base, setting_of(given), without, given.config.fit) if c.effect in names]
+def is_for_what_lags(
+    given: Evidence, errors: PoseErrors, blocks: Sequence[int], without: Sequence[str], say: Say
+) -> bool:
+    """Whether an effect that looks back closes nearly all of the gap of frames as they are, alone or beside a mount
+    that is off: before a camera that moves, what lags behind is like poses that are off.
+
+    errors: what registration found; blocks: those that it is asked on.
+    """
+    setting = setting_of(given, errors=errors)
+    every = candidates(given.base, setting, without, given.config.fit)
+    bank = [one for one in every if effect_class(one.effect)().looks_back]
     if not bank:
         return False
-    fitting, least = Fitting(given, Validator(given, blocks), bank, given.base, say), given.config.agreement.nearly_all
-    fitted = (fitting.validated(fitting.fit(fitting.begin(one, given.base), 2)) for one in bank)
-    return any(fitting.before - trial.gap >= least * fitting.whole for trial in fitted)
+    fitting = Fitting(given, Validator(given, blocks), bank, given.base, say)
+
+    def closes(trial: Trial, share: float) -> bool:
+        return fitting.before - trial.gap >= share * fitting.whole
+
+    limit = given.config.agreement.nearly_all
+    alone = [fitting.validated(fitting.fit(fitting.begin(one, given.base), 2)) for one in bank]
+    best = min(alone, key=lambda trial: trial.gap)
+    if closes(best, limit) or not closes(best, given.config.select.first):
+        return closes(best, limit)
+    mounts = (one for one in every if one.effect in _MOUNTS)
+    begun = (fitting.begin(one, given.base).plus(best.model) for one in mounts)
+    return any(closes(fitting.validated(fitting.fit(both, 4)), limit) for both in begun)
 
 
 def _registered(given: Evidence, found: Registration, constant: bool = False) -> Evidence:

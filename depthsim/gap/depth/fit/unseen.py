@@ -1,6 +1,6 @@
 """What a recording cannot show: effects that, as a typical camera has them, would change nothing in these frames."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -9,13 +9,15 @@ from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.simulate import LOCATING
 from depthsim.gap.depth.fit.fitting import first_look
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
+from depthsim.sensor.parameter import parameters_of
 
 
 def unseen(evidence: Evidence, without: Sequence[str] = ()) -> tuple[str, ...]:
     """The ids of effects that the sensor lacks and the recording could not show, by simulations on its own frames.
 
     Nothing near enough, no edge, one material, a camera that stands still: whatever the reason, an effect at its
-    default values then changes the simulated frames by less than chance does.
+    default values then changes the simulated frames by less than chance does, and so it does where it is what one of
+    several materials has more of.
     """
     ruler = Ruler.of(evidence.axes)
     blocks = first_look(evidence, ruler, evidence.base)
@@ -28,11 +30,20 @@ def unseen(evidence: Evidence, without: Sequence[str] = ()) -> tuple[str, ...]:
     chance = evidence.config.significance.faint * float(np.square(again - here).sum())
     there = {effect.id for effect in evidence.base}
     others = (name for name in effect_ids() if name not in there and name not in without)
-    return tuple(
-        name
-        for name in others
-        if float(np.square(roots((*evidence.base, effect_class(name)())) - here).sum()) <= chance
-    )
+    tags = [tag for number, tag in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[number] >= 0]
+
+    def is_seen(effect: Effect) -> bool:
+        return float(np.square(roots((*evidence.base, effect)) - here).sum()) > chance
+
+    return tuple(name for name in others if not any(map(is_seen, _typical(effect_class(name), tags))))
+
+
+def _typical(kind: type[Effect], tags: Sequence[str]) -> Iterator[Effect]:
+    """An effect at its default values, and as one of several materials has it."""
+    yield kind()
+    for one in parameters_of(kind).values():
+        if one.by_material and len(tags) > 1 and isinstance(one.starts, Sequence):
+            yield from (kind(**{one.name: {tag: one.starts[-1]}}) for tag in tags)
 
 
 def in_words(names: Sequence[str]) -> str:
