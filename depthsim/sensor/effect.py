@@ -83,6 +83,8 @@ class Effect(BaseModel):
     forms: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
     """the forms that it may have, each by the parameters that are held: a fit tries each of them; of an effect that the
     simulator has only those that hold what there is for each material, as it is there"""
+    spare_forms: ClassVar[tuple[Mapping[str, Any], ...]] = ()
+    """forms that are tried only in place of one that comes near, and is refused"""
     gain_of_material: ClassVar[str] = ""
     """a parameter with a value for each material that does the same at any range: alike for all it is no material's"""
     shown: ClassVar[Mapping[str, float]] = {}
@@ -188,9 +190,11 @@ def _check(kind: type[Effect]) -> None:
         names = parameters_of(kind)
     except TypeError as error:
         raise fault(kind, str(error), "declare every field so") from None
-    for name in {name for form in (*kind.forms, kind.shown) for name in form}:
+    for name in {name for form in (*kind.forms, *kind.spare_forms, kind.shown) for name in form}:
         if name not in names:
-            raise fault(kind, f"`forms` or `shown` has {name!r}, which is no parameter", "correct the name")
+            raise fault(
+                kind, f"`forms`, `spare_forms` or `shown` has {name!r}, which is no parameter", "correct the name"
+            )
 
 
 def effect_ids() -> list[str]:

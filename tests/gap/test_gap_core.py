@@ -339,6 +339,13 @@ def test_the_bank_is_the_registry() -> None:
             assert not {e.id for e in effects} & candidate.replaces
 
 
+def test_a_spare_form_is_tried_in_place_of_another_only() -> None:
+    setting = Setting(("cement", "wood"), np.linspace(0.5, 5, 12), 3.0, load_materials())
+    light = [one for one in candidates((), setting) if one.effect == "ambient_light"]
+    assert [(one.fixed["falloff"], one.in_place) for one in light] == [(0, False), (0, False), (1, True), (1, True)]
+    assert all("falloff" not in {free.name for free in one.free} for one in light)
+
+
 @pytest.mark.parametrize("profile", ["clean", "paper"])
 def test_a_factor_begins_at_each_material_in_turn(profile: str) -> None:
     setting = Setting(("cement", "glass", "wood"), np.linspace(0.5, 5, 12), 3.0, load_materials())

@@ -27,6 +27,7 @@ WHOLE = Candidate("fixed_pattern", (), {}, ((),), in_place=True)
         (["fixed_pattern", "disparity_offset"], 0.105, True, None),
         (["fixed_pattern", "lateral_noise"], 0.0, False, None),  # nothing to be in it
         (["disparity_offset", "extrinsic_rotation"], 0.0, False, None),
+        (["ambient_light", "disparity_offset", "extrinsic_rotation"], 0.0, False, None),  # its other form is for light
     ],
 )
 def test_a_pattern_has_what_lies_at_the_same_pixels(
@@ -40,7 +41,7 @@ def test_a_pattern_has_what_lies_at_the_same_pixels(
         whole=1.0,
         base=(),
         validator=None,
-        bank=[smooth, WHOLE],
+        bank=[smooth, WHOLE, replace(WHOLE, effect="ambient_light")],
         begin=lambda one, base: Model((one,), np.empty(0)),
         fit=lambda of, rounds: of,
         validated=lambda of: Trial(of, alone),

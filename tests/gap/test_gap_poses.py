@@ -13,10 +13,14 @@ from shapes import Array
 
 from depthsim.gap import Diagnosis, diagnose
 from depthsim.gap.depth.data.load import load_evidence
-from depthsim.gap.depth.data.registration import Registration
+from depthsim.gap.depth.data.registration import Registration, register
 from depthsim.gap.depth.diagnose import investigate
 from depthsim.gap.depth.fit import poses
+from depthsim.gap.depth.fit.candidates import candidates, setting_of
+from depthsim.gap.depth.fit.fitting import Fitting
 from depthsim.gap.depth.fit.poses import register_frames
+from depthsim.gap.depth.fit.select import Selection
+from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.report.write import write_report
 from depthsim.gap.report import words
 from depthsim.runs import Run
@@ -138,6 +142,27 @@ def test_what_lags_behind_is_no_error_of_the_poses(
     without = [name for name in effect_ids() if name not in ("temporal_filter", "extrinsic_rotation")]
     errors = register_frames(evidence)[0]
     assert poses.is_for_what_lags(evidence, errors, evidence.held_out, without, lambda _: None) == lags
+
+
+@pytest.mark.parametrize(
+    ("effect", "off"), [("lens_distortion", False), ("lens_distortion", True), ("fill_rate", False)]
+)
+def test_poses_are_right_where_the_causes_do_as_well_without_registering(
+    effect: str, off: bool, scene: Scene, tmp_path: Path
+) -> None:
+    """Part of what a decentred lens does to a frame is like a motion of it, and registering takes that off."""
+    keys = {"lens_distortion": {"k1": 0.04, "p1": 0.004, "p2": -0.003}, "fill_rate": {"rate": 0.1}}[effect]
+    given, _ = load_evidence(record(scene, tmp_path / "run", jumps() if off else None, **{effect: keys}), scene, BASE)
+    frames = [int(i) for block in given.blocks for i in block]
+    registered = poses._registered(given, register(given.run, given.caster, frames, 1))
+    validator = Validator(registered, registered.held_out)
+    bank = [one for one in candidates(given.base, setting_of(given)) if one.effect == effect]
+    fitting = Fitting(registered, validator, bank, registered.base, lambda _: None)
+    model = fitting.fit(fitting.begin(bank[-1], registered.base), 4)
+    selection = Selection(model, {}, (), ())
+    found = poses.explained_as_given(given, validator, selection, lambda _: None)
+    assert (found is not None) == (effect == "lens_distortion" and not off)
+    assert found is None or found.run is given.run
 
 
 def test_a_mount_that_is_turned_beside_poses_that_are_off(scene: Scene, tmp_path: Path) -> None:

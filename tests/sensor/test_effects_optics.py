@@ -37,6 +37,14 @@ def test_rays_are_bent_with_the_radius(k1: float, k2: float) -> None:
     assert np.abs(measure(LensDistortion(k1=k1, k2=k2), caster=SQUARE).depth - 3).max() < 1e-5
 
 
+@pytest.mark.parametrize(("p1", "p2"), [(0.01, 0), (0, -0.02), (-0.05, 0.05)])
+def test_a_decentred_lens_bends_rays_as_opencv_has_it(p1: float, p2: float) -> None:
+    x, y = distort(*CAMERA.rays.astype(np.float64), (0.05, -0.01, p1, p2, 0))
+    measured = measure(LensDistortion(k1=0.05, k2=-0.01, p1=p1, p2=p2))
+    assert np.abs(measured.depth / plane_depth(x, y) - 1).max() < 1e-5
+    assert not LensDistortion(k1=0, p1=p1, p2=p2).is_neutral
+
+
 @pytest.mark.parametrize("off", [{"fx": 1.1}, {"fy": 0.9}, {"cx": 4.0}, {"cy": -7.5}, {}])
 def test_rays_go_where_other_intrinsics_put_them(off: dict[str, float]) -> None:
     neutral = {"fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0}

@@ -43,7 +43,7 @@ def test_a_late_picture_is_taken_from_where_the_camera_is_then(offset: float) ->
     assert np.abs(measured.clean.depth - DISTANCE).max() < 1e-5
 
 
-@pytest.mark.parametrize("readout", [0.001, 0.011, 0.1])
+@pytest.mark.parametrize("readout", [0.001, 0.011, 0.1, -0.03])
 def test_every_row_is_taken_at_its_own_time(readout: float) -> None:
     measured = measure(RollingShutter(readout=readout))
     assert np.abs(measured.depth - (DISTANCE - SPEED * readout * ROWS)[:, None]).max() < 1e-5

@@ -92,6 +92,21 @@ def test_sun_on_a_floor(elevation: float, flip: bool) -> None:
     ) < 4 * kept.std() / np.sqrt(kept.size)
 
 
+@pytest.mark.parametrize("falloff", [0.0, 0.5, 1.0])
+def test_the_sun_drowns_a_pattern_the_more_the_farther_and_the_more_at_a_slant_it_is(falloff: float) -> None:
+    """Walls square to the camera at 1, 2 and 4 m, and one at 60 degrees; the sun is behind the camera."""
+    for pose, square in ((look_at((0, 0, 0), (1, 0, 0)), 1.0), (look_at((0, 0, 0), (0.5, np.sqrt(0.75), 0)), 0.5)):
+        for z in (1.0, 2.0, 4.0):
+            caster = Caster(as_scene(quad((z * square, -90, -90), (0, 180, 0), (0, 0, 180))))
+            effect = AmbientLight(noise=0, holes=0.15, azimuth=180, elevation=0, falloff=falloff)
+            measured = Sensor(caster, CAMERA, [effect], MATERIALS).measure(pose)
+            seen = measured.clean.depth > 0
+            cosine, depth = (x[seen].astype(float) for x in (measured.clean.cosine, measured.clean.depth))
+            chance = np.minimum(0.15 * ((depth / 2) ** 2 / np.maximum(cosine, 0.2)) ** falloff, 1)
+            assert abs(z_score((measured.depth[seen] == 0).sum(), chance)) < 4
+            assert measured.clean.cosine.max() > square - 0.01
+
+
 @pytest.mark.parametrize("elevation", [-5.0, -90.0])
 def test_what_turns_away_from_the_sun_keeps_every_bit(elevation: float) -> None:
     error, lost, _ = sunlit(AmbientLight(noise=2, holes=1, elevation=elevation))

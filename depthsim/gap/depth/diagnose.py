@@ -26,7 +26,13 @@ from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.finer import with_fine_pattern
 from depthsim.gap.depth.fit.marks import is_carried, waves_beside
 from depthsim.gap.depth.fit.pattern import learn_pattern
-from depthsim.gap.depth.fit.poses import is_for_what_lags, matter, no_poses, register_frames
+from depthsim.gap.depth.fit.poses import (
+    explained_as_given,
+    is_for_what_lags,
+    matter,
+    no_poses,
+    register_frames,
+)
 from depthsim.gap.depth.fit.select import Selection, select, select_more
 from depthsim.gap.depth.fit.tiles import select_tiled
 from depthsim.gap.depth.fit.unseen import in_words, unseen
@@ -191,6 +197,10 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     # Which effects explain it?
     bank = _bank(evidence, without, errors)
     selection = _which(selecting, bank, without, errors, say)
+    if poses is not None and (as_it_is := explained_as_given(given, selecting, selection, say)) is not None:
+        (validator, selecting), evidence, poses = _parts(as_it_is), as_it_is, None
+        recorded, bank = validator, _bank(evidence, without, errors)
+        selection = _which(selecting, bank, without, errors, say)
     found = selection.model.build(evidence.base)
     centred = evidence.centred(found) if selection.model.parts else None
     if centred is not None and (finer := with_fine_pattern(selecting, selection, say)) is not selection:

@@ -13,6 +13,8 @@ from depthsim.sensor.holes import lose
 
 _f = np.float32
 _ZERO, _ONE = _f(0), _f(1)
+_REFERENCE, _GRAZING = _f(2), _f(0.2)
+"""[m] Where light counts as it is, whatever the falloff; the least cosine of incidence."""
 
 
 @kernel
@@ -29,6 +31,15 @@ def _light(start, stop, rotation, sun, normals, face, ray_x, ray_y, lit):
         cosine = nx * sun[0] + ny * sun[1] + nz * sun[2]
         cosine = -cosine if nx * rx + ny * ry + nz * rz > _ZERO else cosine
         out[i] = max(cosine, _ZERO) if faces[i] >= 0 else _ZERO
+
+
+@kernel
+def _outshine(start, stop, falloff, clean, cosine, lit):
+    """lit · ((clean / _REFERENCE)² / cosine)^falloff."""
+    light, z, c = lit[start:stop], clean[start:stop], cosine[start:stop]
+    for i in range(light.size):
+        if light[i] > _ZERO and z[i] > _ZERO:
+            light[i] *= ((z[i] / _REFERENCE) ** 2 / max(c[i], _GRAZING)) ** falloff
 
 
 @kernel
@@ -70,6 +81,9 @@ class AmbientLight(Effect):
     the share 1 - shadows of all three: none of it under an open sky or by a window, as clear materials hide nothing;
     all of it where the mesh has a roof that the sun shines through. Of depth from elsewhere nothing is known that could
     hide the sun.
+
+    What drowns the pattern is the sun's light beside the projector's, which falls with the square of the range z and on
+    a slant, by cos θ: light counts times ((z / 2 m)² / cos θ)^falloff.
     """
 
     id: ClassVar[str] = "ambient_light"
@@ -80,7 +94,8 @@ class AmbientLight(Effect):
     kinds = ("spread", "missing")
     inseparable = True
     recording = "the same view with and without sun"
-    forms = ({"gain": 0.0}, {"noise": 0.0})
+    forms = ({"gain": 0.0, "falloff": 0.0}, {"noise": 0.0, "falloff": 0.0})
+    spare_forms = ({"gain": 0.0, "falloff": 1.0}, {"noise": 0.0, "falloff": 1.0})
 
     noise: float = parameter(
         0.1,
@@ -120,6 +135,15 @@ class AmbientLight(Effect):
         about="of the light that what lies in another surface's shadow lacks",
         source="none: many a mesh of a room has walls in place of windows",
         starts=(0.0,),
+    )
+    falloff: float = parameter(
+        0.0,
+        low=0,
+        high=1,
+        unit="1",
+        neutral=0,
+        about="how much of the projector's own falloff counts: 0 none of it, 1 all",
+        source="none: the strength is of the ranges in sight",
     )
     azimuth: float = parameter(
         30.0,
@@ -162,6 +186,9 @@ class AmbientLight(Effect):
         frame.run(_light, rotation, self.sun, frame.scene.normals, face, ray_x, ray_y, lit)
         if self.shadows and frame.reached is not None:
             frame.run(_shade, _f(self.shadows), frame.reached(self.sun).reshape(-1), lit)
+        if self.falloff:
+            clean, cosine = (x.reshape(-1) for x in (frame.geometry.depth, frame.geometry.cosine))
+            frame.run(_outshine, _f(self.falloff), clean, cosine, lit)
         if self.noise:
             frame.run(_add_noise, _f(self.noise), lit, frame.noise_variance.reshape(-1))
         if self.gain:

@@ -13,24 +13,37 @@ from depthsim.sensor.view import View
 
 
 @kernel
-def _bend(start, stop, k1, k2, x, y, bent_x, bent_y):
+def _bend(start, stop, k1, k2, p1, p2, x, y, bent_x, bent_y):
     a, b, out_a, out_b = x[start:stop], y[start:stop], bent_x[start:stop], bent_y[start:stop]
+    two = np.float32(2)
     for i in range(a.size):
-        r2 = a[i] * a[i] + b[i] * b[i]
+        r2, ab = a[i] * a[i] + b[i] * b[i], two * a[i] * b[i]
         radial = np.float32(1) + r2 * (k1 + r2 * k2)
-        out_a[i] = a[i] * radial
-        out_b[i] = b[i] * radial
+        out_a[i] = a[i] * radial + p1 * ab + p2 * (r2 + two * a[i] * a[i])
+        out_b[i] = b[i] * radial + p2 * ab + p1 * (r2 + two * b[i] * b[i])
+
+
+def _decentred(axis: str) -> float:
+    about = f"what the calibration left of the lens being off the middle in {axis}"
+    term: float = parameter(
+        0.0, low=-0.05, high=0.05, unit="1", neutral=0, about=about, source="assumed: none", starts=(0.0,), step=0.001
+    )
+    return term
 
 
 class LensDistortion(Effect):
-    """The ray that the calibration puts at radius r (at z = 1) goes through r · (1 + k1·r² + k2·r⁴)."""
+    """The ray through (x, y) at z = 1, r off the axis, goes through (1 + k1·r² + k2·r⁴) · (x, y).
+
+    A decentred lens adds 2·p1·x·y + p2·(r² + 2·x²) to x and p1·(r² + 2·y²) + 2·p2·x·y to y.
+    """
 
     id: ClassVar[str] = "lens_distortion"
     stage: ClassVar[Stage] = Stage.OPTICS
-    source: ClassVar[str] = "D. C. Brown, 'Decentering distortion of lenses', 1966: the radial part"
+    source: ClassVar[str] = "D. C. Brown, 'Decentering distortion of lenses', 1966"
     axes = ("image_radius", "image_position", "image_row", "image_column", "edge_distance")
     kinds = ("bias", "spread", "tail")
     recording = "a flat wall that fills the picture to its corners"
+    forms = ({"p1": 0.0, "p2": 0.0}, {})
 
     k1: float = parameter(
         0.002,
@@ -52,17 +65,20 @@ class LensDistortion(Effect):
         source="assumed: k1 alone",
         frozen=True,
     )
+    p1: float = _decentred("y")
+    p2: float = _decentred("x")
 
     @property
     def is_neutral(self) -> bool:
-        """Whether neither term is left."""
-        return self.k1 == self.k2 == 0
+        """Whether no term is left."""
+        return self.k1 == self.k2 == self.p1 == self.p2 == 0
 
     def bend(self, view: View) -> None:
         """Bend every ray."""
         bent = view.scratch.empty(view.rays.shape)
         flat = *view.rays.reshape(2, -1), *bent.reshape(2, -1)
-        split(_bend, flat[0].size, view.threads, np.float32(self.k1), np.float32(self.k2), *flat)
+        terms = (np.float32(term) for term in (self.k1, self.k2, self.p1, self.p2))
+        split(_bend, flat[0].size, view.threads, *terms, *flat)
         view.rays = bent
 
 

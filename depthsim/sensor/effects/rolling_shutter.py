@@ -8,7 +8,8 @@ from depthsim.sensor.view import View
 
 class RollingShutter(Effect):
     """Row v of H is taken at stamp + readout · ((v + 1/2) / H - stamped): the stamp is that of the middle row, or of
-    the first or the last one, as the driver has it.
+    the first or the last one, as the driver has it. The last row comes first where readout is negative, as of a camera
+    that hangs upside down.
     """
 
     id: ClassVar[str] = "rolling_shutter"
@@ -25,13 +26,14 @@ class RollingShutter(Effect):
 
     readout: float = parameter(
         0.011,
-        low=0,
+        low=-0.1,
         high=0.1,
         unit="s",
         neutral=0,
-        about="time from the first row to the last",
+        about="time from the first row to the last; negative from the last to the first",
         source="assumed: all rows within a frame at 90 Hz, the highest rate at 848x480",
-        starts=(0.004, 0.03),
+        starts=(0.004, 0.03, -0.02),
+        step=0.002,
     )
 
     stamped: float = parameter(
@@ -39,7 +41,7 @@ class RollingShutter(Effect):
         low=0,
         high=1,
         unit="share",
-        about="where in the readout the stamp lies: 0 the first row, 1/2 the middle, 1 the last",
+        about="the row that the stamp is of: 0 the first, 1/2 the middle one, 1 the last",
         source="assumed: a driver that does not say else gives the middle of the exposure",
         frozen=True,
     )

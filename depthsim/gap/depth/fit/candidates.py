@@ -136,6 +136,8 @@ def candidates(
             others = frozenset(effect.id for effect in base if kind.law and effect.law == kind.law)
             ways = dict.fromkeys((frozenset(), others))
             found += [_add(kind, setting, config, held, way) for held in kind.forms_in(setting) for way in ways]
+            spare = (_add(kind, setting, config, held, way) for held in kind.spare_forms for way in ways)
+            found += [replace(one, in_place=True) for one in spare]
     return [h for h in found if h.free]
 
 

@@ -146,15 +146,16 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
     # As much is left by the formula of the first.
     is_as_little = kind in ("bias", "spread", "missing") and kind in named and gained < limit.least * search.whole
-    if is_as_little and not (by_material and _is_of_one_material(search, chain, trial)):
+    faint = search.config.significance.faint * chain.score.floor
+    enough_apart = max(faint, limit.further_apart * left)
+    if is_as_little and not (by_material and gained >= enough_apart and _is_of_one_material(search, chain, trial)):
         return False
     flexible = by_material or search.is_flexible(trial.newest)
     if flexible and gained < limit.further * search.whole and not _is_no_leftover(search, chain, trial, by_material):
         return False
-    faint = search.config.significance.faint * chain.score.floor
     if closes_enough(gained, left, search.whole, faint, limit):
         return True
-    if gained < max(faint, limit.further_apart * left):
+    if gained < enough_apart:
         return False
     if not search.is_flexible(trial.newest):  # with many parameters as much is closed of anything
         others = [other for other in others if other.gap < trial.gap or not search.is_flexible(other.newest)]

@@ -141,6 +141,23 @@ def is_for_what_lags(
     return any(closes(fitting.validated(fitting.fit(both, 4)), limit) for both in begun)
 
 
+def explained_as_given(given: Evidence, registered: Validator, selection: Selection, say: Say) -> Evidence | None:
+    """The frames as they are, if the causes that were found on registered ones do as well there: then no errors of the
+    poses are needed. None if they do not, or are none that a rigid motion of a frame may take up some of.
+
+    registered: the frames that the causes were selected on.
+    """
+    model, limit = selection.model, given.config.select
+    if all(one.kinds[0] != "bias" for one in model.effects):
+        return None
+    evidence = Evidence(given.run, given.scene, given.materials, given.base, given.threads, given, given.config)
+    fitting = Fitting(evidence, Validator(evidence, registered.blocks), (), evidence.base, say)
+    say("fitting the causes to the frames as they are")
+    left = registered.quick(model.build(registered.evidence.base), given.config.fit.runs)
+    gap = fitting.validated(fitting.fit(model, 4)).gap
+    return evidence if gap - left < limit.tied * fitting.whole else None
+
+
 def _registered(given: Evidence, found: Registration, constant: bool = False) -> Evidence:
     """The frames of ``given`` where they fit the scene. constant: see :meth:`Registration.applied`."""
     run, base = found.applied(given.run, constant), without_errors(given.base)
