@@ -167,7 +167,7 @@ def test_an_effect_says_what_it_is(effect_id: str) -> None:
     known = parameters_of(kind)
     assert [*known, *learned_of(kind)] == list(kind.model_fields) and all(learned_of(kind).values())
     assert all(one.unit and one.source and one.about for one in known.values())
-    for form in kind.forms:
+    for form in (*kind.forms, *kind.spare_forms):
         held = {name: value for name, value in form.items() if not known[name].by_material}
         assert all(known[name].low <= value <= known[name].high for name, value in held.items())
         assert all(form[name] == {} for name in form.keys() - held.keys())

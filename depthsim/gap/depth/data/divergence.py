@@ -64,7 +64,7 @@ class Ruler:
         shares, ratios = np.empty((2, len(a))), np.empty((2, len(a)))
         _shares(np.asarray(a, np.float64), np.asarray(b, np.float64), self.starts, shares, ratios)
         shares *= np.log2(ratios, out=ratios)
-        return np.asarray(np.add.reduceat(shares[0] + shares[1], self.starts)) / 2
+        return np.maximum(np.add.reduceat(shares[0] + shares[1], self.starts) / 2, 0)
 
     def by_axis(self, a: Counted, b: Counted) -> Floats:
         """(axes,) mean divergence of each axis's cells [bits per pixel]."""
@@ -108,5 +108,5 @@ def _shares(a, b, starts, shares, ratios):
         n, m = 1 / n if in_both else 0.0, 1 / m if in_both else 0.0
         for k in range(x.size):  # without branches, which the vector unit has none of
             p[k], q[k] = x[k] * n, y[k] * m
-            to_mean = 2 / max(p[k] + q[k], _LEAST)
-            r[k], s[k] = max(p[k] * to_mean, _LEAST), max(q[k] * to_mean, _LEAST)
+            both = max(p[k] + q[k], _LEAST)
+            r[k], s[k] = max(2 * p[k] / both, _LEAST), max(2 * q[k] / both, _LEAST)  # 1 of what is alike

@@ -16,6 +16,7 @@ from depthsim.gap.depth.fit.fitting import Fitting, Say, Trial
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator, closed_error
 from depthsim.sensor.effect import Effect, effect_class
+from depthsim.sensor.effects.extrinsics import ExtrinsicRotation, ExtrinsicTranslation
 from depthsim.sensor.effects.pose_noise import PoseNoise
 
 _LATE = (
@@ -33,7 +34,7 @@ _LASTS = (
 _WORSE, _NEARER = 1.1, 0.5
 """Times the gap as it is: above the one, registering the frames makes it larger by more than chance; below the other,
 it makes it much smaller, where what is alike in all frames is taken off, too."""
-_MOUNTS = ("extrinsic_rotation", "extrinsic_translation")
+_MOUNTS = (ExtrinsicRotation.id, ExtrinsicTranslation.id)
 _SURE = 3.0
 """Standard errors that the poses' errors must be off from those that the simulator has."""
 
