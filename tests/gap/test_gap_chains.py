@@ -215,23 +215,6 @@ def test_a_small_cause_has_no_parameter_for_each_material(
 
 
 @pytest.mark.parametrize(
-    ("named", "gap", "enough"),
-    [("temporal_filter", 0.02, False), ("motion_noise", 0.02, True), ("temporal_filter", 0.0, False)],
-)
-def test_holes_that_a_filter_leaves_or_fills_otherwise_are_no_filling_of_their_own(
-    named: str, gap: float, enough: bool
-) -> None:
-    """It closes most or all of what is left, 6 or 8 % of the whole gap."""
-    search = FakeSearch()
-    search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: False)
-    search.is_less = lambda trial, by=0.0: False
-    begun = chain(0.08, named)
-    begun.score = SimpleNamespace(above=0.08, floor=0.0)
-    trial = Trial(model("hole_filling"), gap)
-    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
-
-
-@pytest.mark.parametrize(
     ("of_one", "along", "others", "enough"),
     [
         (True, 0.1, None, True), (False, 0.1, None, False), (True, 0.5, None, False), (True, None, None, False),

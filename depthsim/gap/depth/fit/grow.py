@@ -133,7 +133,10 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         most = max((gap - c.gap for c in rivals), default=0.0)
         share = gained / _closable(search, trial)
         return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
-    if _is_filled_by_another(search, chain, trial):
+    # What is filled by another formula has no holes, and what is filled besides has fewer.
+    if any(map(is_filling, chain.named)) and search.is_less(trial, GONE):
+        return False
+    if any(map(fills_besides, chain.named)) and search.is_less(trial) and gained < limit.further * search.whole:
         return False
     little = gained < limit.alike * search.whole
     if little and is_alike(trial.newest.effect, chain.named) and not search.lies_apart(trial.model):
@@ -164,19 +167,6 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     anywhere = not effect_class(trial.newest.effect).axes and (kind not in named or kind == "missing")
     acts = acts or (anywhere and search.acts(trial.model))
     return all(_stays(search, gap, trial, other) or (acts and not search.acts(other.model)) for other in others)
-
-
-def _is_filled_by_another(search: Search, chain: Chain, trial: Trial) -> bool:
-    """Whether fewer holes, or others that are filled, are what another formula of a cause that fills makes.
-
-    What is filled has no holes, and what is filled besides has fewer, or others.
-    """
-    if any(map(is_filling, chain.named)) and search.is_less(trial, GONE):
-        return True
-    if not any(map(fills_besides, chain.named)):
-        return False
-    little = chain.gap - trial.gap < search.config.select.further * search.whole
-    return little and (is_filling(trial.newest.effect) or search.is_less(trial))
 
 
 def _is_no_leftover(search: Search, chain: Chain, trial: Trial, by_material: bool) -> bool:
