@@ -206,7 +206,7 @@ def test_a_small_cause_has_no_parameter_for_each_material(
     search = FakeSearch()
     search.acts = lambda of: acts
     search.makes_steps, search.is_flexible = (lambda of: False), (lambda candidate: False)
-    search.is_of_one_material = lambda trial, before: False
+    search.closes_by_one_material = lambda trial, before: False
     begun = chain(0.2, "lens_distortion")
     begun.score = SimpleNamespace(above=0.1, floor=0.0)
     free = {"material_noise": (Free(("m", "wood"), 0, 1, log=False, step=0.1),)}.get(effect, ())
@@ -227,7 +227,7 @@ def test_holes_of_one_material_are_no_leftover_of_other_holes(
     """Less than a hundredth of the gap, half of what another cause of holes has left."""
     search = FakeSearch()
     search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: False)
-    search.left_along, search.is_of_one_material = (lambda of: along), (lambda trial, before: of_one)
+    search.left_along, search.closes_by_one_material = (lambda of: along), (lambda trial, before: of_one)
     search.disagreement = lambda of, number, alone: others
     begun = chain(0.008, "range_dropout")
     begun.score = SimpleNamespace(above=0.008, floor=0.0)
@@ -248,7 +248,7 @@ def test_what_closes_as_much_by_one_material_alone_is_for_it(of_steel: float, is
     wood, steel = (Free(("rates", tag), 0, 1, log=False, step=0.02) for tag in ("wood", "steel"))
     newest = Candidate("material_dropout", (wood, steel), {"rates": {}}, ((0.0, 0.0),))
     trial = Trial(Model((*model("range_dropout").parts, newest), np.array([1.0, 2.0])), 0.5)
-    assert Search.is_of_one_material(cast("Search", search), trial, 1.0) == is_one
+    assert Search.closes_by_one_material(cast("Search", search), trial, 1.0) == is_one
     assert asked == [{"rates": {"wood": 0.02}}, {"rates": {"steel": 0.04}}]
 
 

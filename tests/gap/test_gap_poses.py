@@ -124,7 +124,7 @@ def test_errors_of_the_sensor_keep_their_names(effect: str, keys: Any, scene: Sc
     assert [cause.effect for cause in found.causes] == [effect]
 
 
-@pytest.mark.parametrize(("lags", "turned"), [(True, True), (False, False)])
+@pytest.mark.parametrize(("lags", "turned"), [(True, False), (True, True), (False, False)])
 def test_what_lags_behind_is_no_error_of_the_poses(
     lags: bool, turned: bool, scene: Scene, shaken: Run, tmp_path: Path
 ) -> None:

@@ -198,6 +198,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     bank = _bank(evidence, without, errors)
     selection = _which(selecting, bank, without, errors, say)
     if poses is not None and (as_it_is := explained_as_given(given, selecting, selection, say)) is not None:
+        poses.evidence.forget(())  # most of what is kept in memory
         (validator, selecting), evidence, poses = _parts(as_it_is), as_it_is, None
         recorded, bank = validator, _bank(evidence, without, errors)
         selection = _which(selecting, bank, without, errors, say)

@@ -144,14 +144,16 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     kind = effect_class(trial.newest.effect).kinds[0]
     named = {one for name in chain.named for one in _formula_of(name)}
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
-    # As much is left by the formula of the first.
-    is_as_little = kind in ("bias", "spread", "missing") and kind in named and gained < limit.least * search.whole
+    flexible = by_material or search.is_flexible(trial.newest)
     faint = search.config.significance.faint * chain.score.floor
     enough_apart = max(faint, limit.further_apart * left)
-    if is_as_little and not (by_material and gained >= enough_apart and _is_of_one_material(search, chain, trial)):
-        return False
-    flexible = by_material or search.is_flexible(trial.newest)
-    if flexible and gained < limit.further * search.whole and not _is_no_leftover(search, chain, trial, by_material):
+    if kind in ("bias", "spread", "missing") and kind in named and gained < limit.least * search.whole:
+        # As much is left by the formula of the first.
+        is_no_leftover = by_material and gained >= enough_apart and _is_of_one_material(search, chain, trial)
+    else:
+        little = gained < limit.further * search.whole
+        is_no_leftover = not (flexible and little) or _is_no_leftover(search, chain, trial, by_material)
+    if not is_no_leftover:
         return False
     if closes_enough(gained, left, search.whole, faint, limit):
         return True
@@ -176,7 +178,7 @@ def _is_no_leftover(search: Search, chain: Chain, trial: Trial, by_material: boo
     """
     if chain.gap - trial.gap >= search.config.agreement.nearly_all * chain.score.above:
         return search.acts(trial.model)
-    return _is_of_one_material(search, chain, trial) if by_material else _lies_apart(search, chain, trial)
+    return _is_of_one_material(search, chain, trial) if by_material else _leaves_little_of_its_own(search, chain, trial)
 
 
 def _is_of_one_material(search: Search, chain: Chain, trial: Trial) -> bool:
@@ -184,10 +186,10 @@ def _is_of_one_material(search: Search, chain: Chain, trial: Trial) -> bool:
 
     Materials that lie at other ranges show another formula of the range, but each of them some of it.
     """
-    return search.is_of_one_material(trial, chain.gap) and _lies_apart(search, chain, trial)
+    return search.closes_by_one_material(trial, chain.gap) and _leaves_little_of_its_own(search, chain, trial)
 
 
-def _lies_apart(search: Search, chain: Chain, trial: Trial) -> bool:
+def _leaves_little_of_its_own(search: Search, chain: Chain, trial: Trial) -> bool:
     """Whether an effect leaves little along an axis that is no other's, beside which the others stay causes."""
     if not search.acts(trial.model):
         return False

@@ -6,15 +6,14 @@ Such as an offset of the disparities for a pattern whose mean is not 0, or a tur
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.ties import surely_worse
-from depthsim.sensor.effect import effect_class
 
 
 def in_one(search: Search, model: Model, gap: float) -> Model:
     """``model``, or with fewer causes that do as well on the frames held out. gap: what it leaves there."""
-    named = {part.effect for part in model.parts if effect_class(part.effect).kinds[0] == "bias"}
+    biases = [k for k, one in enumerate(model.effects) if one.kinds[0] == "bias"]
+    named = {model.parts[k].effect for k in biases}
     wholes = (one for one in search.bank if one.in_place and one.effect in named and one not in model.parts)
     whole = next(wholes, None)
-    biases = [k for k, one in enumerate(model.effects) if one.kinds[0] == "bias"]
     if whole is None or len(biases) == 1:
         return model
     others = model

@@ -35,6 +35,7 @@ _WORSE, _NEARER = 1.1, 0.5
 """Times the gap as it is: above the one, registering the frames makes it larger by more than chance; below the other,
 it makes it much smaller, where what is alike in all frames is taken off, too."""
 _MOUNTS = (ExtrinsicRotation.id, ExtrinsicTranslation.id)
+"""Constant errors of the poses, beside which something may lag behind."""
 _SURE = 3.0
 """Standard errors that the poses' errors must be off from those that the simulator has."""
 
@@ -133,10 +134,14 @@ def is_for_what_lags(
         return fitting.before - trial.gap >= share * fitting.whole
 
     limit = given.config.agreement.nearly_all
-    alone = [fitting.validated(fitting.fit(fitting.begin(one, given.base), 2)) for one in bank]
+    alone: list[Trial] = []
+    for one in bank:
+        alone.append(fitting.validated(fitting.fit(fitting.begin(one, given.base), 2)))
+        if closes(alone[-1], limit):
+            return True
     best = min(alone, key=lambda trial: trial.gap)
-    if closes(best, limit) or not closes(best, given.config.select.first):
-        return closes(best, limit)
+    if not closes(best, given.config.select.first):
+        return False
     mounts = (one for one in every if one.effect in _MOUNTS)
     begun = (fitting.begin(one, given.base).plus(best.model) for one in mounts)
     return any(closes(fitting.validated(fitting.fit(both, 4)), limit) for both in begun)

@@ -161,7 +161,7 @@ class Search(Fitting):
         there = any(effect.id == newest.effect for effect in self.base)
         return there and len(x) == 1 and newest.free[0].log and newest.encode(newest.starts[0])[0] - x[0] > by
 
-    def is_of_one_material(self, trial: Trial, before: float) -> bool:
+    def closes_by_one_material(self, trial: Trial, before: float) -> bool:
         """Whether the newest part of a trial closes nearly as much if it is for one material alone.
 
         before: the gap without it.
