@@ -209,6 +209,9 @@ class DepthAgreement(Section):
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
     together: float = _value(0.2, "of what an effect does: with more going together, it is no independent error")
+    outliers_together: float = _value(
+        0.1, "of the tails that it makes: with more, outliers come in patches; of right ones it was 0.04 at most"
+    )
     waves: float = _value(
         8.0,
         "times what a simulated spectrum of errors rises: with more in the recording, they are waves and no noise",

@@ -142,13 +142,16 @@ def test_a_noise_that_is_more_all_the_time_goes_not_with_the_range(
 @given(st.floats(0, 1), st.floats(0, 1))
 def test_what_is_made_one_by_one_does_not_go_together(errors: float, holes: float) -> None:
     """Of holes nothing is said by the errors between them, such as a rolling shutter's."""
-    bound = DepthConfig().agreement.together
-    k = KINDS.index("missing")
-    for name, kind, together in (("range_dropout", k, holes), ("lateral_noise", SPREAD, errors)):
+    limit = DepthConfig().agreement
+    for name, kind, together, bound in (
+        ("range_dropout", HOLES, holes, limit.together),
+        ("lateral_noise", SPREAD, errors, limit.together),
+        ("heavy_tails", KINDS.index("tail"), errors, limit.outliers_together),
+    ):
         does = changes(kind, 1.0, [0, 0, 0])
         left = replace(changes(kind, 0.0, [0, 0, 0]), together=errors, lost_together=holes)
         refused = rules.goes_together(asked(name, does, left, does)) is not None
-        assert refused == (together > bound * does.whole[ALL])
+        assert refused == (together > bound * does.whole[kind if name == "heavy_tails" else ALL])
 
 
 @given(st.floats(0, 1), st.floats(0, 0.6))

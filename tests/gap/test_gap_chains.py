@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from depthsim.gap.config import DepthConfig, DepthSelect
-from depthsim.gap.depth.fit import confirm, grow, select
+from depthsim.gap.depth.fit import confirm, grow, hiding, select
 from depthsim.gap.depth.fit.candidates import Candidate, Free
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
@@ -320,7 +320,7 @@ def test_what_cancels_is_tried_as_one(
 ) -> None:
     """Where what closes most by itself does not do nearly as well, or does not act where the gap lies, and the two are
     the recording's law of the range."""
-    monkeypatch.setattr(grow, "first_axes", lambda validator, effects: [("bias", {along})])
+    monkeypatch.setattr(hiding, "first_axes", lambda validator, effects: [("bias", {along})])
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     search = FakeSearch(baseline_scale_disparity_offset=both)
     search.bank = model("baseline_scale", "lens_distortion", "disparity_offset").parts  # type: ignore[attr-defined]
@@ -329,10 +329,10 @@ def test_what_cancels_is_tried_as_one(
     search.left_by_range = lambda of: left  # type: ignore[attr-defined]
     begun = Chain(DepthSelect(), SCORE, 1.0)
     first = None if alone is None else Trial(model("lens_distortion"), alone)
-    found = grow.cancelling(cast("Search", search), begun, first)
+    found = hiding.cancelling(cast("Search", search), begun, first)
     assert (found is not None) == named
     begun.dropped.add("baseline_scale")
-    assert grow.cancelling(cast("Search", search), begun, first) is None
+    assert hiding.cancelling(cast("Search", search), begun, first) is None
 
 
 @pytest.mark.parametrize(("gap", "agrees", "taken"), [(0.1, True, True), (0.3, True, False), (0.1, False, False)])

@@ -1,14 +1,12 @@
 """A chain of causes grows, as long as what is left would be a gap if it were alone."""
 
 from collections.abc import Sequence
-from itertools import combinations
 
 import numpy as np
 
-from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.chain import Chain
-from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.fitting import Trial
+from depthsim.gap.depth.fit.hiding import beneath_a_filter, cancelling
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, is_filling
 from depthsim.gap.selection import closes_enough
@@ -27,6 +25,8 @@ def grow(search: Search, chain: Chain) -> None:
             break
         leaders = _leaders(search, chain)
         selected = _first_supported(search, chain, leaders)
+        if chain.model is None and selected is None:
+            selected = beneath_a_filter(search, chain)
         if len(chain.trusted) < search.config.select.trusted:
             itself = next((one for one in leaders if not _is_for_another(search, one)), None)
             if itself and _is_far_ahead(search, itself, selected) and _closes_enough(search, chain, itself, leaders):
@@ -52,34 +52,6 @@ def _is_for_another(search: Search, trial: Trial) -> bool:
 def _is_far_ahead(search: Search, itself: Trial, selected: Trial | None) -> bool:
     """Whether what closes most is no rival of the leader that acts where the gap lies, if there is one."""
     return selected is None or selected.gap - itself.gap > search.config.select.near * search.whole
-
-
-def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | None:
-    """Two first causes that are known by the range alone, and cancel where most is seen, so that neither closes much.
-
-    Such as an offset of the disparities beside a scale, which a calibration at one range leaves. None where ``alone``
-    does nearly as well, or as well if it acts along none of the axes on which the gap lies first, or where the two
-    leave some of how biases change along the range: they come near to any law, such as one with a knee.
-    """
-    limit, whole = search.config.select, search.whole
-    least = limit.first * whole
-    if alone is not None:
-        along = {name for _, names in first_axes(search.validator, search.base) for name in names}
-        acts = along & set(effect_class(alone.newest.effect).axes)
-        least = chain.gap - alone.gap + (limit.near if acts else limit.tied) * whole
-    biases: dict[str, Candidate] = {}
-    for candidate in search.bank if least < whole else ():
-        effect = effect_class(candidate.effect)
-        if effect.kinds == ("bias",) and effect.axes == ("range",) and not chain.is_out(effect.id):
-            biases.setdefault(effect.id, candidate)
-    for first, second in combinations(biases.values(), 2):
-        begun = search.begin(first, search.base)
-        both = search.validated(search.fit(begun.plus(search.begin(second, begun.build(search.base))), 4))
-        if chain.gap - both.gap < least or search.left_by_range(both.model) > search.config.agreement.near_floor:
-            continue
-        if not any(search.disagreement(both.model, k, alone=True) for k in (0, 1)):
-            return both
-    return None
 
 
 def _leaders(search: Search, chain: Chain) -> list[Trial]:

@@ -21,9 +21,17 @@ def brought(validator: Validator, axis: str, before: Sequence[Effect], after: Se
 
     axis: a key of :data:`HISTOGRAMS`.
     """
-    recorded = _correlations(validator, validator.real.sum(axis=0), axis)
-    off = [np.abs(_simulated(validator, effects, axis) - recorded).max() for effects in (before, after)]
+    off = [np.abs(_more(validator, effects, axis)).max() for effects in (before, after)]
     return float(off[1] - off[0])
+
+
+def lacking(validator: Validator, axis: str, effects: Sequence[Effect]) -> float:
+    """By how much more the recording's errors go together than those of ``effects``."""
+    return float(_more(validator, effects, axis).max())
+
+
+def _more(validator: Validator, effects: Sequence[Effect], axis: str) -> NDArray[np.float64]:
+    return _correlations(validator, validator.real.sum(axis=0), axis) - _simulated(validator, effects, axis)
 
 
 def _simulated(validator: Validator, effects: Sequence[Effect], axis: str) -> NDArray[np.float64]:

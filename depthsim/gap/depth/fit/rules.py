@@ -439,7 +439,7 @@ def goes_together(asked: Asked) -> str | None:
     smooth = asked.effect.kinds[0] == "bias" or asked.effect.exact
     if smooth or any(cause.kinds[0] == "correlation" for cause in asked.named):
         return None
-    together = asked.left.lost_together if asked.effect.kinds[0] == "missing" else asked.left.together
-    if not asked.alone or together <= asked.limit.together * asked.does.whole[ALL]:
-        return None
-    return INDEPENDENT
+    kind, does, limit = asked.effect.kinds[0], asked.does.whole, asked.limit
+    together = asked.left.lost_together if kind == "missing" else asked.left.together
+    most = limit.outliers_together * does[KINDS.index(kind)] if kind == "tail" else limit.together * does[ALL]
+    return INDEPENDENT if asked.alone and together > most else None

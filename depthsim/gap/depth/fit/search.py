@@ -245,19 +245,18 @@ class Search(Fitting):
                 yield louder.plus(self.begin(newest, louder.build(self.base)))
             # How far holes are filled is seen where there are large ones, and these may be another cause's.
             if is_filling(part.effect) and effect_class(newest.effect).kinds[0] == "missing":
-                yield self._filled_otherwise(so_far, number, newest)
+                yield self.begin_together(so_far, number, newest)
 
-    def _filled_otherwise(self, so_far: Model, number: int, newest: Candidate) -> Model:
+    def begin_together(self, so_far: Model, number: int, newest: Candidate) -> Model:
         """``newest`` on top of ``so_far``, of which a part begins where both together are nearest to the recording."""
         _, target, roots = self._on(self._few)
         begun: list[Model] = []
         for values in so_far.parts[number].starts:
             xs = so_far.split(so_far.x)
             xs[number] = so_far.parts[number].encode(values)
-            fills = Model(so_far.parts, np.concatenate(xs))
-            begun.append(
-                fills.plus(start(newest, fills.build(self.base), roots(fills.build(self.base)), target, roots)[0])
-            )
+            part = Model(so_far.parts, np.concatenate(xs))
+            before = part.build(self.base)
+            begun.append(part.plus(start(newest, before, roots(before), target, roots)[0]))
         return min(begun, key=lambda model: loss(target, roots(model.build(self.base))))
 
     def _afresh(self, so_far: Model, model: Model, earlier: Sequence[Trial], trusted: Sequence[str]) -> Iterator[Model]:

@@ -1,0 +1,81 @@
+"""Two first causes, of which each hides the other, so that neither closes anything alone."""
+
+from collections.abc import Callable, Sequence
+from itertools import combinations
+
+from depthsim.gap.depth.fit import neighbours
+from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.chain import Chain
+from depthsim.gap.depth.fit.changes import first_axes
+from depthsim.gap.depth.fit.fitting import Trial
+from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.search import Search
+from depthsim.sensor.effect import Effect, effect_class
+
+
+def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | None:
+    """Two first causes that are known by the range alone, and cancel where most is seen, so that neither closes much.
+
+    Such as an offset of the disparities beside a scale, which a calibration at one range leaves. None where ``alone``
+    does nearly as well, or as well if it acts along none of the axes on which the gap lies first, or where the two
+    leave some of how biases change along the range: they come near to any law, such as one with a knee.
+    """
+    limit, whole = search.config.select, search.whole
+    least = limit.first * whole
+    if alone is not None:
+        along = {name for _, names in first_axes(search.validator, search.base) for name in names}
+        acts = along & set(effect_class(alone.newest.effect).axes)
+        least = chain.gap - alone.gap + (limit.near if acts else limit.tied) * whole
+    biases: dict[str, Candidate] = {}
+    for candidate in search.bank if least < whole else ():
+        effect = effect_class(candidate.effect)
+        if effect.kinds == ("bias",) and effect.axes == ("range",) and not chain.is_out(effect.id):
+            biases.setdefault(effect.id, candidate)
+    for first, second in combinations(biases.values(), 2):
+        begun = search.begin(first, search.base)
+        both = search.validated(search.fit(begun.plus(search.begin(second, begun.build(search.base))), 4))
+        if chain.gap - both.gap < least or search.left_by_range(both.model) > search.config.agreement.near_floor:
+            continue
+        if not any(search.disagreement(both.model, k, alone=True) for k in (0, 1)):
+            return both
+    return None
+
+
+def beneath_a_filter(search: Search, chain: Chain) -> Trial | None:
+    """A noise and a filter that takes as much of it away as the recording has more, here or there.
+
+    Alone the noise is too much where the filter's picture is quiet, and the filter too quiet where noise is added.
+    """
+
+    def may_filter(effect: type[Effect]) -> bool:
+        known = effect.axes[0] if effect.kinds[:2] == ("correlation", "spread") else ""
+        more = neighbours.lacking(search.validator, known, search.base) if known in neighbours.HISTOGRAMS else 0.0
+        return more > search.config.agreement.brought_together
+
+    filters = _first_of_each(search, chain, may_filter)
+    noises = _first_of_each(search, chain, lambda effect: effect.kinds == ("spread",))
+    pairs = [(one, noise) for one in filters for noise in noises]
+    if not pairs:
+        return None
+    nearest = _nearest(search, pairs)
+    one, noise = nearest.parts
+    forms = [(one, other) for other in search.bank if other.effect == noise.effect and not other.in_place]
+    both = search.validated(search.fit(_nearest(search, forms), 4))
+    closes = chain.gap - both.gap >= search.config.select.first * search.whole
+    if not closes or any(search.disagreement(both.model, k, alone=True) for k in (0, 1)):
+        return None
+    return both
+
+
+def _nearest(search: Search, pairs: Sequence[tuple[Candidate, Candidate]]) -> Model:
+    """The pair of a filter and a noise that comes nearest to the recording, on a few frames."""
+    begun = [search.begin_together(Model((one,), one.encode(one.starts[0])), 0, noise) for one, noise in pairs]
+    return min((search.fit_roughly(model, 2) for model in begun), key=lambda model: model.loss)
+
+
+def _first_of_each(search: Search, chain: Chain, wanted: Callable[[type[Effect]], bool]) -> list[Candidate]:
+    found: dict[str, Candidate] = {}
+    for candidate in search.bank:
+        if wanted(effect_class(candidate.effect)) and not (candidate.in_place or chain.is_out(candidate.effect)):
+            found.setdefault(candidate.effect, candidate)
+    return list(found.values())
