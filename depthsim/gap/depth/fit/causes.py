@@ -6,8 +6,8 @@ from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.advice import advice_for
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.select import Selection
-from depthsim.gap.depth.fit.shapley import credit
-from depthsim.gap.depth.fit.validate import Validator, closed_error
+from depthsim.gap.depth.fit.shapley import credit_and_error
+from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.diagnosis import Cause, rounded
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.profile import Profile
@@ -26,18 +26,13 @@ def causes_of(
     given, errors: where the poses are a cause, the frames as recorded, and what registering them found.
     """
     model, evidence = selection.model, validator.evidence
+    if not model.parts and given is None:
+        return ()
     intervals = parameter_intervals(evidence, validator.ruler, evidence.base, model)
-    full = validator, model.build(evidence.base)
-    frames = validator if given is None else given
-    start = frames, frames.evidence.base
-    shares = credit(validator, evidence.base, model, given) if model.parts or given is not None else ()
+    shares, halves = credit_and_error(validator, evidence.base, model, given)
     causes = []
     for number, part in enumerate(model.parts):
         fraction = shares[number] / whole if whole > 0 else 0.0
-        less = validator, model.less(number).build(evidence.base)
-        if given is None and validator.quick(less[1]) > validator.quick(start[1]):  # what cancels closes it together
-            less = start
-        half = closed_error(start, less, full)
         ties = selection.ties.get(part.effect, ())
         causes.append(
             Cause(
@@ -45,14 +40,13 @@ def causes_of(
                 parameters=rounded(model.parameters(number), 6),
                 ci95=intervals[number],
                 closed_fraction=fraction,
-                ci95_closed=(fraction - half, fraction + half),
+                ci95_closed=(fraction - halves[number], fraction + halves[number]),
                 indistinguishable_from=ties,
                 advice=advice_for(part.effect, ties),
             )
         )
     if given is not None and errors is not None:
         fraction = shares[-1] / whole if whole > 0 else 0.0
-        half = closed_error(start, (given, model.build(given.evidence.base)), full)
         effect = errors.effect()
         causes.append(
             Cause(
@@ -60,7 +54,7 @@ def causes_of(
                 parameters=rounded(effect.model_dump(), 6),
                 ci95={name: rounded(list(ends), 6) for name, ends in errors.intervals().items()},
                 closed_fraction=fraction,
-                ci95_closed=(fraction - half, fraction + half),
+                ci95_closed=(fraction - halves[-1], fraction + halves[-1]),
             )
         )
     return tuple(sorted(causes, key=lambda cause: -cause.closed_fraction))

@@ -17,6 +17,8 @@ from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")
+Numbers = NDArray[np.int64]
+
 _REMEMBERED = 12
 """Sensors whose simulated recordings are kept, those that were last asked for."""
 
@@ -111,10 +113,15 @@ class Validator:
         runs = [run.sum(axis=0) for run in self.runs(effects, self.evidence.config.fit.runs)]
         return float(np.mean([self.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
 
-    def quick(self, effects: Sequence[Effect], runs: int = 1) -> float:
-        """The gap by one simulated run, or the mean of several."""
-        real = self.real.sum(axis=0)
-        return float(np.mean([self.ruler.gap(real, run.sum(axis=0)) for run in self.runs(effects, runs)]))
+    def quick(self, effects: Sequence[Effect], runs: int = 1, blocks: Numbers | slice = slice(None)) -> float:
+        """The gap by one simulated run, or the mean of several. blocks: those that are looked at, by number."""
+        real = self.real[blocks].sum(axis=0)
+        return float(np.mean([self.ruler.gap(real, run[blocks].sum(axis=0)) for run in self.runs(effects, runs)]))
+
+    def between(self, effects: Sequence[Effect], blocks: Numbers) -> float:
+        """How far two runs of the sensor are apart in some blocks, by as many as blocks are left out by in turn."""
+        runs = [run[blocks].sum(axis=0) for run in self.runs(effects, self.config.runs_resampled)]
+        return float(np.mean([self.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
 
 
 def _key(effects: Sequence[Effect]) -> str:
@@ -158,19 +165,14 @@ def closed_error(start: Compared, before: Compared, after: Compared) -> float:
     the simulator and the frames as they are, over the floor of ``after``.
     """
 
-    def gap(compared: Compared, blocks: NDArray[np.int64]) -> float:
-        validator, effects = compared
-        real = validator.real[blocks].sum(axis=0)
-        runs = validator.runs(effects, validator.config.runs_resampled)
-        return float(np.mean([validator.ruler.gap(real, run[blocks].sum(axis=0)) for run in runs]))
+    runs = start[0].config.runs_resampled
 
-    def between(compared: Compared, blocks: NDArray[np.int64]) -> float:
+    def gap(compared: Compared, blocks: Numbers) -> float:
         validator, effects = compared
-        runs = [run[blocks].sum(axis=0) for run in validator.runs(effects, validator.config.runs_resampled)]
-        return float(np.mean([validator.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
+        return validator.quick(effects, runs, blocks)
 
-    def fraction(blocks: NDArray[np.int64]) -> float:
-        whole = gap(start, blocks) - between(after, blocks)
+    def fraction(blocks: Numbers) -> float:
+        whole = gap(start, blocks) - after[0].between(after[1], blocks)
         return (gap(before, blocks) - gap(after, blocks)) / whole if whole > 0 else 0.0
 
     _, (low, high) = jackknife(fraction, len(start[0].blocks))
