@@ -38,6 +38,7 @@ class FakeSearch:
         self.refined = lambda of: of
         self.leaves = lambda of, score: True
         self.is_early = lambda of: False
+        self.is_known = lambda of: False
 
     def validated(self, of: Model) -> Trial:
         return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])
@@ -381,6 +382,22 @@ def test_what_is_alike_another_cause_takes_a_place_for_much_only(
     search.disagreement = lambda of, number, alone: None  # type: ignore[attr-defined]
     found = confirm._in_its_place(cast("Search", search), model("range_dropout", "material_dropout"), 1)
     assert (found is not None) == taken
+
+
+@pytest.mark.parametrize(
+    ("known", "enough"), [(("material_dropout",), True), ((), False), (("material_dropout", "specular_dropout"), False)]
+)
+def test_of_two_that_do_as_well_one_is_named_that_is_known_where_the_gap_changes_first(
+    monkeypatch: pytest.MonkeyPatch, known: tuple[str, ...], enough: bool
+) -> None:
+    monkeypatch.setattr(grow, "_stays", lambda *_: False)
+    search = FakeSearch()
+    search.is_known = lambda of: of.parts[-1].effect in known
+    search.makes_steps = search.is_flexible = lambda of: False  # type: ignore[attr-defined]
+    search.acts, search.left_along = (lambda of: True), (lambda of: 0.0)  # type: ignore[attr-defined]
+    begun = chain(0.3, "spatial_filter")
+    trials = [Trial(model("spatial_filter", name), 0.22) for name in ("material_dropout", "specular_dropout")]
+    assert grow._closes_enough(cast("Search", search), begun, trials[0], trials) == enough
 
 
 @pytest.mark.parametrize(

@@ -115,13 +115,14 @@ def too_many_left(validator: Validator, before: Effects, after: Effects) -> floa
     return float(weight @ np.square(still) / (weight @ np.square(more)))
 
 
-def first_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[str]]]:
-    """Kinds of which there is much of the gap, and the names of the axis along which each changes most."""
-    gap, limit = validator.once(against, effects), validator.evidence.config.agreement
+def first_axes(validator: Validator, effects: Effects, *, however_little: bool = False) -> list[tuple[str, set[str]]]:
+    """Kinds of which there is much of the gap, or some, and the names of the axis along which each changes most."""
+    gap = validator.once(against, effects)
+    least = 0.0 if however_little else validator.evidence.config.agreement.acts * gap.whole[ALL]
     found = []
     for k, kind in enumerate(KINDS[:ALL]):
         first = first_axis(validator, gap, k)
-        if first is not None and gap.whole[k] >= limit.acts * gap.whole[ALL]:
+        if first is not None and gap.whole[k] >= least:
             found.append((kind, validator.evidence.axes[first].names))
     return found
 

@@ -140,7 +140,15 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     acts = along is not None and (bool(learned) or along <= limit.left_alone)
     anywhere = not effect_class(trial.newest.effect).axes and (kind not in named or kind == "missing")
     acts = acts or (anywhere and search.acts(trial.model))
-    return all(_stays(search, gap, trial, other) or (acts and not search.acts(other.model)) for other in others)
+
+    def is_rivalled(other: Trial) -> bool:
+        """Not by what acts elsewhere, or is known by another axis than that on which what is left changes first."""
+        if _stays(search, gap, trial, other):
+            return False
+        known = search.is_known(trial.model) and not search.is_known(other.model)
+        return not acts or (search.acts(other.model) and not known)
+
+    return not any(map(is_rivalled, others))
 
 
 def _is_no_leftover(search: Search, chain: Chain, trial: Trial, by_material: bool) -> bool:

@@ -40,6 +40,12 @@ class Search(Fitting):
         """Whether the newest part of a model acts where the gap lies that the others leave."""
         return self.disagreement(model, len(model.parts) - 1) is None
 
+    def is_known(self, model: Model) -> bool:
+        """Whether the newest part of a model is known by the axis along which its kind of what others leave changes
+        first, however little there is of it."""
+        effect, before, _ = self._newest(model)
+        return _is_known_by(effect.id, first_axes(self.validator, before, however_little=True))
+
     def goes_together(self, model: Model) -> bool:
         """Whether errors that the newest part of a model makes one by one go together in the recording."""
         return goes_together(self.validator, *self._newest(model))
@@ -134,13 +140,14 @@ class Search(Fitting):
             # of what is still to be found, too.
             least = self.config.significance.faint * self.floor
             margin = max(much if self.is_flexible(found[0].newest) else min(margin, much), least)
-        along = first_axes(self.validator, before)
+        mainly, also = (first_axes(self.validator, before, however_little=little) for little in (False, True))
 
-        def plain(trial: Trial) -> tuple[bool, int]:
+        def plain(trial: Trial) -> tuple[bool, bool, int]:
             # Holes that are all gone are filled, if that does as well, as hardly a sensor loses nothing.
             fills = [len(other.newest.free) + 1 for other in found if is_filling(other.newest.effect)]
             free = max([len(trial.newest.free), *(fills if self.is_less(trial, GONE) else ())])
-            return not _is_known_by(trial.newest.effect, along), free
+            effect = trial.newest.effect
+            return not _is_known_by(effect, mainly), not _is_known_by(effect, also), free
 
         first = plainest(found, lambda trial: trial.gap, plain, margin)
         return sorted(found, key=lambda trial: trial is not first)
