@@ -40,12 +40,13 @@ def scene() -> Scene:
     return load_scene("office")
 
 
-@pytest.mark.parametrize("filtered", [True, False])
-def test_a_noise_is_found_beneath_a_filter(filtered: bool, scene: Scene, tmp_path: Path) -> None:
-    """More noise to the corners, where a filter takes away as much in the middle."""
+@pytest.mark.parametrize(("filtered", "scaled"), [(True, False), (False, False), (True, True)])
+def test_a_noise_is_found_beneath_a_filter(filtered: bool, scaled: bool, scene: Scene, tmp_path: Path) -> None:
+    """More noise to the corners, where a filter takes away as much in the middle; also beside a scale that is known."""
     camera, paper = preset("d435", 106, 60), load_profile("paper")
     corners = effect_class("vignetting_noise")(gain=2.0)
-    sensor = paper.model_copy(update={"effects": (*paper.effects, corners)})
+    biases = (effect_class("baseline_scale")(scale=1.008),) if scaled else ()
+    sensor = paper.model_copy(update={"effects": (*paper.effects, *biases, corners)})
     path = load_trajectory("tour", scene, camera.rate, FRAMES)
     generate(scene, path, camera, sensor, tmp_path / "run", streams=("depth",), seed=3, threads=1)
     run = Run.open(tmp_path / "run")
@@ -53,12 +54,21 @@ def test_a_noise_is_found_beneath_a_filter(filtered: bool, scene: Scene, tmp_pat
         file.write_bytes(encode_png(smoothed(run.depth_raw(index))))
     evidence, _ = load_evidence(run, scene, "paper", threads=1)
     validator = Validator(evidence, evidence.held_out)
-    asked = {"spatial_filter", "temporal_filter", "vignetting_noise", "incidence_noise", "fill_rate"}
+    asked = {"spatial_filter", "temporal_filter", "vignetting_noise", "incidence_noise", "fill_rate",
+             "baseline_scale"}  # fmt: skip
     bank = [one for one in candidates(evidence.base, setting_of(evidence)) if one.effect in asked]
     search = Search(evidence, validator, bank, evidence.base, lambda _: None)
-    found = beneath_a_filter(search, Chain(search.config.select, validator.score(evidence.base), search.before))
+    chain = Chain(search.config.select, validator.score(evidence.base), search.before)
+    if scaled:
+        assert beneath_a_filter(search, chain) is None  # biases make neighbours go together
+        scale = next(one for one in bank if one.effect == "baseline_scale")
+        chain.model = search.fit(search.begin(scale, evidence.base), 4)
+        chain.score = validator.score(chain.model.build(evidence.base))
+        chain.gap = search.validated(chain.model).gap
+    found = beneath_a_filter(search, chain)
     if not filtered:  # nothing goes together that a filter would have to be there for
         assert found is None
         return
-    assert found is not None and [part.effect for part in found.model.parts] == ["spatial_filter", "vignetting_noise"]
-    assert search.before - found.gap > 0.7 * search.whole
+    assert found is not None
+    assert [part.effect for part in found.model.parts][-2:] == ["spatial_filter", "vignetting_noise"]
+    assert chain.gap - found.gap > 0.7 * chain.score.above

@@ -25,7 +25,7 @@ def grow(search: Search, chain: Chain) -> None:
             break
         leaders = _leaders(search, chain)
         selected = _first_supported(search, chain, leaders)
-        if chain.model is None and selected is None:
+        if selected is None:
             selected = beneath_a_filter(search, chain)
         if len(chain.trusted) < search.config.select.trusted:
             itself = next((one for one in leaders if not _is_for_another(search, one)), None)

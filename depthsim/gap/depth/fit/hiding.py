@@ -1,7 +1,9 @@
-"""Two first causes, of which each hides the other, so that neither closes anything alone."""
+"""Two causes, of which each hides the other, so that neither closes anything alone."""
 
 from collections.abc import Callable, Sequence
 from itertools import combinations
+
+import numpy as np
 
 from depthsim.gap.depth.fit import neighbours
 from depthsim.gap.depth.fit.candidates import Candidate
@@ -42,14 +44,20 @@ def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | Non
 
 
 def beneath_a_filter(search: Search, chain: Chain) -> Trial | None:
-    """A noise and a filter that takes as much of it away as the recording has more, here or there.
+    """A noise and a filter that takes as much of it away as the recording has more, here or there, on top of the causes
+    so far.
 
-    Alone the noise is too much where the filter's picture is quiet, and the filter too quiet where noise is added.
+    Alone the noise is too much where the filter's picture is quiet, and the filter too quiet where noise is added. That
+    neighbours go together speaks for a filter where there is none of a bias, which makes them go together, too.
     """
+    so_far = chain.model or Model((), np.empty(0))
+    before = so_far.build(search.base)
+    if any(kind == "bias" for kind, _ in first_axes(search.validator, before)):
+        return None
 
     def may_filter(effect: type[Effect]) -> bool:
         known = effect.axes[0] if effect.kinds[:2] == ("correlation", "spread") else ""
-        more = neighbours.lacking(search.validator, known, search.base) if known in neighbours.HISTOGRAMS else 0.0
+        more = neighbours.lacking(search.validator, known, before) if known in neighbours.HISTOGRAMS else 0.0
         return more > search.config.agreement.brought_together
 
     filters = _first_of_each(search, chain, may_filter)
@@ -57,25 +65,28 @@ def beneath_a_filter(search: Search, chain: Chain) -> Trial | None:
     pairs = [(one, noise) for one in filters for noise in noises]
     if not pairs:
         return None
-    nearest = _nearest(search, pairs)
-    one, noise = nearest.parts
+    one, noise = _nearest(search, so_far, pairs).parts[-2:]
     forms = [(one, other) for other in search.bank if other.effect == noise.effect and not other.in_place]
-    both = search.validated(search.fit(_nearest(search, forms), 4))
-    closes = chain.gap - both.gap >= search.config.select.first * search.whole
-    if not closes or any(search.disagreement(both.model, k, alone=True) for k in (0, 1)):
+    both = search.validated(search.fit(_nearest(search, so_far, forms), 4))
+    closes = chain.gap - both.gap >= search.config.select.first * chain.score.above
+    count = len(both.model.parts)
+    if not closes or any(search.disagreement(both.model, k, alone=True) for k in (count - 2, count - 1)):
         return None
     return both
 
 
-def _nearest(search: Search, pairs: Sequence[tuple[Candidate, Candidate]]) -> Model:
+def _nearest(search: Search, so_far: Model, pairs: Sequence[tuple[Candidate, Candidate]]) -> Model:
     """The pair of a filter and a noise that comes nearest to the recording, on a few frames."""
-    begun = [search.begin_together(Model((one,), one.encode(one.starts[0])), 0, noise) for one, noise in pairs]
+    number = len(so_far.parts)
+    with_filter = ((so_far.plus(Model((one,), one.encode(one.starts[0]))), noise) for one, noise in pairs)
+    begun = [search.begin_together(model, number, noise) for model, noise in with_filter]
     return min((search.fit_roughly(model, 2) for model in begun), key=lambda model: model.loss)
 
 
 def _first_of_each(search: Search, chain: Chain, wanted: Callable[[type[Effect]], bool]) -> list[Candidate]:
     found: dict[str, Candidate] = {}
     for candidate in search.bank:
-        if wanted(effect_class(candidate.effect)) and not (candidate.in_place or chain.is_out(candidate.effect)):
+        is_open = not (candidate.in_place or candidate.effect in chain.named or chain.is_out(candidate.effect))
+        if is_open and wanted(effect_class(candidate.effect)):
             found.setdefault(candidate.effect, candidate)
     return list(found.values())
