@@ -57,7 +57,7 @@ def test_shares_have_intervals_by_the_frames_that_show_them() -> None:
         evidence=SimpleNamespace(config=DepthConfig(), base=()),
         config=DepthConfig().significance,
         blocks=list(range(blocks)),
-        quick=lambda effects, _, some: float(left["".join(sorted(effects))][some].mean()),
+        quick=lambda effects, _, some=slice(None): float(left["".join(sorted(effects))][some].mean()),
         between=lambda effects, _: 0.1,
     )
     parts = [SimpleNamespace(free=(), build=lambda effects, _, name=name: (*effects, name)) for name in "ab"]

@@ -1,13 +1,13 @@
 """How much of the gap each of several causes closes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import combinations, permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.validate import Numbers, Validator
+from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.resampling import jackknife_half
 from depthsim.sensor.effect import Effect
 
@@ -31,7 +31,8 @@ def credit(
 
     Source: Shapley, "A Value for n-Person Games", 1953.
     """
-    (gaps,) = _gaps(_sensors(validator, base, model, given), [slice(None)])
+    sensors = _sensors(validator, base, model, given)
+    gaps = {some: frames.quick(effects, runs) for some, (frames, effects, runs) in sensors.items()}
     return tuple(_shares(gaps, _hidden(gaps)).tolist())
 
 
@@ -45,15 +46,20 @@ def credit_and_error(
     sensors, count = _sensors(validator, base, model, given), len(validator.blocks)
     frames, effects, _ = sensors[max(sensors, key=len)]
     left_out = [np.delete(np.arange(count), k) for k in range(count)] if count >= 3 else []
-    gaps, *others = _gaps(sensors, [slice(None), *left_out])
+    gaps: dict[_Subset, float] = {}
+    others: list[dict[_Subset, float]] = [{} for _ in left_out]
+    for some, (of, with_some, runs) in sensors.items():  # subset by subset, as few simulated runs are kept
+        gaps[some] = of.quick(with_some, runs)
+        for left, blocks in zip(others, left_out, strict=True):
+            left[some] = of.quick(with_some, min(runs, validator.config.runs_resampled), blocks)
     hidden = _hidden(gaps)
     shares = _shares(gaps, hidden)
     halves = np.full(len(shares), 0.5)
     if left_out:
         wholes = (x[_Subset()] - frames.between(effects, blocks) for x, blocks in zip(others, left_out, strict=True))
         parts = [_shares(x, hidden) / max(whole, 1e-12) for x, whole in zip(others, wholes, strict=True)]
-        halves = np.hypot(jackknife_half(np.array(parts)), validator.config.least_error)
-    return tuple(shares.tolist()), tuple(halves.tolist())
+        halves = jackknife_half(np.array(parts))
+    return tuple(shares.tolist()), tuple(np.hypot(halves, validator.config.least_error).tolist())
 
 
 def _sensors(validator: Validator, base: tuple[Effect, ...], model: Model, given: Validator | None) -> _Sensors:
@@ -68,15 +74,6 @@ def _sensors(validator: Validator, base: tuple[Effect, ...], model: Model, given
             for k in selected[: len(selected) - (parts in selected)]:
                 effects = model.parts[k].build(effects, xs[k])
             found[_Subset(selected)] = frames, effects, runs[0] if size in (0, count) else runs[1]
-    return found
-
-
-def _gaps(sensors: _Sensors, looked_at: Sequence[Numbers | slice]) -> list[dict[_Subset, float]]:
-    """What each subset leaves in some blocks, of every choice of these. Subset by subset, as few runs are kept."""
-    found: list[dict[_Subset, float]] = [{} for _ in looked_at]
-    for some, (frames, effects, runs) in sensors.items():
-        for gaps, blocks in zip(found, looked_at, strict=True):
-            gaps[some] = frames.quick(effects, runs, blocks)
     return found
 
 
