@@ -26,7 +26,7 @@ FRAMES = 12
 
 
 def smoothed(picture: NDArray[np.uint16]) -> NDArray[np.uint16]:
-    """Each pixel the mean of those beside it that are no farther from it than 8 %, twice."""
+    """Each pixel the mean of those beside it that are no farther from it than 20 %, twice."""
     z = np.where(picture > 0, picture.astype(float), np.nan)
     for _ in range(2):
         around = np.stack([np.roll(z, (dv, du), (0, 1)) for dv in (-1, 0, 1) for du in (-1, 0, 1)])

@@ -58,7 +58,7 @@ def test_shares_have_intervals_by_the_frames_that_show_them() -> None:
         config=DepthConfig().significance,
         blocks=list(range(blocks)),
         quick=lambda effects, _, some=slice(None): float(left["".join(sorted(effects))][some].mean()),
-        between=lambda effects, _: 0.1,
+        between=lambda effects, *_: 0.1,
     )
     parts = [SimpleNamespace(free=(), build=lambda effects, _, name=name: (*effects, name)) for name in "ab"]
     model = SimpleNamespace(parts=parts, x=np.empty(0), split=lambda _: [None] * len(parts))

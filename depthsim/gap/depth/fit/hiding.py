@@ -28,12 +28,10 @@ def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | Non
         along = {name for _, names in first_axes(search.validator, search.base) for name in names}
         acts = along & set(effect_class(alone.newest.effect).axes)
         least = chain.gap - alone.gap + (limit.near if acts else limit.tied) * whole
-    biases: dict[str, Candidate] = {}
-    for candidate in search.bank if least < whole else ():
-        effect = effect_class(candidate.effect)
-        if effect.kinds == ("bias",) and effect.axes == ("range",) and not chain.is_out(effect.id):
-            biases.setdefault(effect.id, candidate)
-    for first, second in combinations(biases.values(), 2):
+    if least >= whole:
+        return None
+    biases = _first_of_each(search, chain, lambda effect: (effect.kinds, effect.axes) == (("bias",), ("range",)))
+    for first, second in combinations(biases, 2):
         begun = search.begin(first, search.base)
         both = search.validated(search.fit(begun.plus(search.begin(second, begun.build(search.base))), 4))
         if chain.gap - both.gap < least or search.left_by_range(both.model) > search.config.agreement.near_floor:

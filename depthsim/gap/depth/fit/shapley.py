@@ -44,6 +44,7 @@ def credit_and_error(
     By the jackknife over blocks of frames, as frames that follow each other are alike; 0.5 of fewer than three.
     """
     sensors, count = _sensors(validator, base, model, given), len(validator.blocks)
+    most = validator.config.runs_resampled
     frames, effects, _ = sensors[max(sensors, key=len)]
     left_out = [np.delete(np.arange(count), k) for k in range(count)] if count >= 3 else []
     gaps: dict[_Subset, float] = {}
@@ -51,13 +52,17 @@ def credit_and_error(
     for some, (of, with_some, runs) in sensors.items():  # subset by subset, as few simulated runs are kept
         gaps[some] = of.quick(with_some, runs)
         for left, blocks in zip(others, left_out, strict=True):
-            left[some] = of.quick(with_some, min(runs, validator.config.runs_resampled), blocks)
+            left[some] = of.quick(with_some, min(runs, most), blocks)
     hidden = _hidden(gaps)
     shares = _shares(gaps, hidden)
     halves = np.full(len(shares), 0.5)
     if left_out:
-        wholes = (x[_Subset()] - frames.between(effects, blocks) for x, blocks in zip(others, left_out, strict=True))
-        parts = [_shares(x, hidden) / max(whole, 1e-12) for x, whole in zip(others, wholes, strict=True)]
+        wholes = (
+            x[_Subset()] - frames.between(effects, most, blocks) for x, blocks in zip(others, left_out, strict=True)
+        )
+        parts = [
+            _shares(x, hidden) / whole if whole > 0 else 0 * shares for x, whole in zip(others, wholes, strict=True)
+        ]
         halves = jackknife_half(np.array(parts))
     return tuple(shares.tolist()), tuple(np.hypot(halves, validator.config.least_error).tolist())
 

@@ -110,18 +110,17 @@ class Validator:
 
     def floor(self, effects: Sequence[Effect]) -> float:
         """How far two runs of the sensor are apart, by as many as fits are validated by."""
-        runs = [run.sum(axis=0) for run in self.runs(effects, self.evidence.config.fit.runs)]
-        return float(np.mean([self.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
+        return self.between(effects, self.evidence.config.fit.runs)
 
     def quick(self, effects: Sequence[Effect], runs: int = 1, blocks: Numbers | slice = slice(None)) -> float:
         """The gap by one simulated run, or the mean of several. blocks: those that are looked at, by number."""
         real = self.real[blocks].sum(axis=0)
         return float(np.mean([self.ruler.gap(real, run[blocks].sum(axis=0)) for run in self.runs(effects, runs)]))
 
-    def between(self, effects: Sequence[Effect], blocks: Numbers) -> float:
-        """How far two runs of the sensor are apart in some blocks, by as many as blocks are left out by in turn."""
-        runs = [run[blocks].sum(axis=0) for run in self.runs(effects, self.config.runs_resampled)]
-        return float(np.mean([self.ruler.gap(a, b) for a, b in combinations(runs, 2)]))
+    def between(self, effects: Sequence[Effect], runs: int, blocks: Numbers | slice = slice(None)) -> float:
+        """How far two runs of the sensor are apart, the mean over all pairs of several. blocks: as of :meth:`quick`."""
+        summed = [run[blocks].sum(axis=0) for run in self.runs(effects, runs)]
+        return float(np.mean([self.ruler.gap(a, b) for a, b in combinations(summed, 2)]))
 
 
 def _key(effects: Sequence[Effect]) -> str:
@@ -172,7 +171,7 @@ def closed_error(start: Compared, before: Compared, after: Compared) -> float:
         return validator.quick(effects, runs, blocks)
 
     def fraction(blocks: Numbers) -> float:
-        whole = gap(start, blocks) - after[0].between(after[1], blocks)
+        whole = gap(start, blocks) - after[0].between(after[1], runs, blocks)
         return (gap(before, blocks) - gap(after, blocks)) / whole if whole > 0 else 0.0
 
     _, (low, high) = jackknife(fraction, len(start[0].blocks))
