@@ -181,12 +181,18 @@ class Evidence:
 
     def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
         """(blocks, size): what a sensor with ``effects`` shows on those blocks."""
+        return self.simulated(effects, blocks, (seed,))[0]
+
+    def simulated(self, effects: Sequence[Effect], blocks: Sequence[int], seeds: Sequence[Seed]) -> list[Counts]:
+        """What :meth:`simulate` finds by each of some seeds, all side by side."""
         ordered = acting(effects)
 
-        def one(block: int) -> Counts:
+        def one(number: int) -> Counts:
+            seed, block = seeds[number // len(blocks)], blocks[number % len(blocks)]
             return self._count(block, (self._measure(ordered, int(i), seed) for i in self.blocks[block]))
 
-        return np.stack(self.each(one, blocks))
+        counts = self.each(one, range(len(seeds) * len(blocks)))
+        return [np.stack(counts[k : k + len(blocks)]) for k in range(0, len(counts), len(blocks))]
 
     def cells(self, number: int, counts: NDArray[Any]) -> NDArray[Any]:
         """(..., cells, bins) the histograms of one axis. counts: (..., size)."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.kernels import kernel
+from depthsim.lanes import choose, load_floats, spread, store
 
 _f = np.float32
 ERROR, LEFT, UP, FAR_LEFT, FAR_UP, BEFORE, ACROSS, PHASE = range(8)
@@ -28,6 +29,7 @@ BINS = np.array([35, 26, 26, 28, 28, 28, 10] + [_PHASES + 1] * (len(STEPS) + 1),
 LAG_LEFT, LAG_UP = 5, 4
 """How far off [px] the pixel lies that FAR_LEFT and FAR_UP compare with."""
 _HALF = _f(0.70710677)
+_LANES = 32
 _NO_MEASUREMENT = 5
 
 
@@ -53,10 +55,17 @@ def errors(units, unit, clean, per_spread, error, coarse):  # noqa: ANN201 - num
 
 @kernel
 def _rank(values, thresholds, out):
-    """How many thresholds each value is above. One pass a threshold: the inner loop is what the compiler widens."""
-    out[:] = 0
-    for threshold in thresholds:
-        for u in range(values.size):
+    """How many thresholds each value is above; both arrays without gaps."""
+    at, to = np.int64(values.ctypes.data), np.int64(out.ctypes.data)
+    whole = values.size // _LANES * _LANES
+    for u in range(0, whole, _LANES):
+        given, above = load_floats(at + 4 * u, _LANES), spread(np.uint8(0), _LANES)
+        for threshold in thresholds:
+            above = above + choose(given > threshold, np.uint8(1), np.uint8(0))
+        store(to + u, above)
+    for u in range(whole, values.size):
+        out[u] = np.uint8(0)
+        for threshold in thresholds:
             out[u] += np.uint8(values[u] > threshold)
 
 

@@ -41,6 +41,15 @@ _BYTES = 24
 """Of a pixel in what its rays meet, and in what effects make of it once."""
 
 
+def judging(run: int) -> Seed:
+    """The seed of one of the simulations that sensors are validated by."""
+    return Seed("judging", run)  # a key: another word, other draws
+
+
+_SEEN_AGAIN = {FITTING, *map(judging, range(4))}
+"""By these one sensor after the other is simulated, so that their pictures of noise are kept."""
+
+
 class Replay:
     """Cameras on their way through a scene; safe to be asked from many threads.
 
@@ -51,7 +60,7 @@ class Replay:
         self._caster, self._materials, self._motion = caster, materials, motion
         self._own = threading.local()
         self._casts: dict[int, list[tuple[Camera, list[Effect], int | Seed | None, bool, Geometry]]] = {}
-        self._fields: dict[int, Fields] = {}
+        self._fields: dict[tuple[int, Seed], Fields] = {}
         self._met_straight: OrderedDict[tuple[object, ...], Geometry] = OrderedDict()
         self._lock = threading.Lock()
         self._finished: tuple[tuple[list[Effect], list[Effect]], dict[Camera, Past]] | None = None
@@ -62,8 +71,8 @@ class Replay:
         effects, pipeline = self._sensor(effects, camera)
         scratch = Scratch.of_thread(self._own)
         # Those of a picture that is decimated more are too many to keep.
-        keeps = seed == FITTING and pipeline.camera.width <= 2 * camera.width
-        fields = self._fields.setdefault(frame.index, {}) if keeps else None
+        keeps = seed in _SEEN_AGAIN and pipeline.camera.width <= 2 * camera.width
+        fields = self._fields.setdefault((frame.index, seed), {}) if keeps else None
         exposure = Exposure(frame.pose, self._motion, seed, frame.index, frame.stamp, 1, scratch, fields)
         if finishing := after_camera(effects):
             past = self._past_of(effects, pipeline)

@@ -12,6 +12,7 @@ from depthsim.draws import Seed
 from depthsim.gap.config import DepthSignificance
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
+from depthsim.gap.depth.data.simulate import judging
 from depthsim.gap.resampling import jackknife
 from depthsim.sensor.effect import Effect
 
@@ -72,8 +73,8 @@ class Validator:
         known = self._runs[key] = self._runs.pop(key, [])
         if len(self._runs) > _REMEMBERED:
             del self._runs[next(iter(self._runs))]
-        while len(known) < count:
-            known.append(self.simulate(effects, Seed("judging", len(known))))  # a key: another word, other draws
+        if seeds := [judging(run) for run in range(len(known), count)]:
+            known += self.evidence.simulated(effects, self.blocks, seeds)
         return known[:count]
 
     def once(self, work: Callable[..., T], *sensors: Sequence[Effect]) -> T:
