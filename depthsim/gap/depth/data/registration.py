@@ -210,17 +210,14 @@ class _Work(MixedModel):
             inside = np.abs(other) < _TUKEY * noise
             weight = np.where(inside, (1 - (other / (_TUKEY * noise)) ** 2) ** 2, 0) / noise**2
             target = seen.residual + seen.rigid @ (off + self.beta[6] * twist)
-            halves = []
-            for which in (0, 1, 2):
-                own = (seen.half == which) & inside
-                if solved:
-                    left = target[own] - seen.nuisance[own] @ self.beta
-                    known = equations(seen.rigid[own], seen.nuisance[own, :0], left, weight[own])
-                    halves.append(Equations(known.jj, none[0], none[1], known.j, none[2]))
-                    continue
-                halves.append(equations(seen.rigid[own], seen.nuisance[own], target[own], weight[own]))
-            if np.count_nonzero(inside) < _LEAST_PIXELS:
-                halves = [equations(seen.rigid[:0], seen.nuisance[:0], target[:0], weight[:0])] * 3
+            enough = np.count_nonzero(inside) >= _LEAST_PIXELS
+            parts = [np.flatnonzero((seen.half == which) & inside & enough) for which in (0, 1, 2)]
+            if solved:
+                left, slopes = target - seen.nuisance @ self.beta, np.ascontiguousarray(seen.rigid)
+                known = (equations(slopes, left, weight, part) for part in parts)
+                halves = [Equations(one.jj, none[0], none[1], one.j, none[2]) for one in known]
+            else:
+                halves = [equations(seen.nuisance, target, weight, part) for part in parts]
             some = slice(None, None, 7)
             return halves, seen.disparity[inside][some], other[inside][some]
 

@@ -7,6 +7,7 @@ changed by f·b / (z² n·q) · n·shift + f·b / (z n·q) · (q × n)·turn: po
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -38,17 +39,21 @@ _DRIFT = 3
 
 @dataclass(frozen=True)
 class Frame:
-    """One frame's pixels that can tell. residual: measured minus cast disparity [px]. rigid: (pixels, 6) what a turn
-    [rad] and a shift [m] do to it. nuisance: (pixels, nuisances), see :class:`Look`. disparity: cast [px].
-    half: 0 or 1, 2 where in neither. place: number of the pixel among those that are looked at.
+    """One frame's pixels that can tell. residual: measured minus cast disparity [px]. nuisance: (pixels, nuisances)
+    what each does to it, see :class:`Look`. disparity: cast [px]. half: 0 or 1, 2 where in neither. place: number of
+    the pixel among those that are looked at.
     """
 
     residual: Floats
-    rigid: Floats
     nuisance: Floats
     disparity: Floats
     half: NDArray[np.int8]
     place: NDArray[np.intp]
+
+    @property
+    def rigid(self) -> Floats:
+        """(pixels, 6) what a turn [rad] and a shift [m] do: of the mount it is a nuisance."""
+        return self.nuisance[:, :6]
 
 
 @dataclass
@@ -105,33 +110,32 @@ class Look:
         z, a, x, y, n = depth[use], along[use], x[use], y[use], normal[:, use]
         d = fb / z
         turn = np.stack([y * n[2] - n[1], n[0] - x * n[2], x * n[1] - y * n[0]])
-        rigid = np.concatenate([d / a * turn, d / (z * a) * n]).T
-        rows, columns = np.nonzero(use)
+        rigid = np.concatenate([d / a * turn, d / (z * a) * n])
         bent = d / a * (n[0] * x + n[1] * y) * (x * x + y * y)
-        nuisance = self._nuisances(index, rigid, twist, d, bent, rows, columns)
-        return Frame(fb / measured[use] - d, rigid, nuisance, d, self._halves()[use], np.flatnonzero(use))
+        nuisance = self._nuisances(index, rigid, twist, d, bent, use)
+        return Frame(fb / measured[use] - d, nuisance, d, self._halves()[use], np.flatnonzero(use))
 
     def _nuisances(
-        self,
-        index: int,
-        rigid: Floats,
-        twist: Floats,
-        disparity: Floats,
-        bent: Floats,
-        rows: NDArray[np.intp],
-        columns: NDArray[np.intp],
+        self, index: int, rigid: Floats, twist: Floats, disparity: Floats, bent: Floats, use: NDArray[np.bool_]
     ) -> Floats:
-        moved = rigid @ twist
-        height, width = self.camera.shape
         begin, end = self.span
         time = 2 * (float(self.run.stamps[index]) - begin) / max(end - begin, 1e-9) - 1
+        moved, down = twist @ rigid, (np.nonzero(use)[0] + 0.5) / len(use) - 0.5
         angle = 2 * np.pi * disparity
-        hats = [np.interp(disparity, self.knots, unit) for unit in np.eye(len(self.knots))]
-        down, across = spline(_PATTERN[0], height)[rows], spline(_PATTERN[1], width)[columns]
-        pattern = (down[:, :, None] * across[:, None, :]).reshape(len(rows), _PATTERN[0] * _PATTERN[1])
         drifts = [-disparity * time**k for k in range(1, _DRIFT + 1)]
-        parts = [rigid.T, moved, moved * ((rows + 0.5) / height - 0.5), bent, np.sin(angle), np.cos(angle), *drifts]
-        return np.vstack([*parts, *hats, pattern.T]).T
+        hats = [np.interp(disparity, self.knots, unit) for unit in np.eye(len(self.knots))]
+        parts = [*rigid, moved, moved * down, bent, np.sin(angle), np.cos(angle), *drifts, *hats]
+        found = np.empty((len(disparity), len(self.priors)))
+        for column, part in enumerate(parts):
+            found[:, column] = part
+        found[:, len(parts) :] = self._pattern[use.reshape(-1)]
+        return found
+
+    @cached_property
+    def _pattern(self) -> Floats:
+        """(samples, knots) what each knot of a bias that is locked to the pixel does."""
+        down, across = (spline(knots, size) for knots, size in zip(_PATTERN, self.camera.shape, strict=True))
+        return (down[:, None, :, None] * across[:, None, :]).reshape(len(down) * len(across), -1)
 
     @property
     def priors(self) -> Floats:
