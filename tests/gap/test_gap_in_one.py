@@ -1,6 +1,7 @@
-"""A pattern and the biases beside it as one."""
+"""Two causes as one: a pattern and the biases beside it, a noise and another one."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
@@ -8,12 +9,19 @@ import numpy as np
 import pytest
 
 from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.fit import in_one as module
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
 from depthsim.gap.depth.fit.fitting import Trial
-from depthsim.gap.depth.fit.in_one import in_one
+from depthsim.gap.depth.fit.in_one import in_one, in_other_form
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.presets import preset
+from depthsim.runs.generate import generate
+from depthsim.scenefile import load_scene
+from depthsim.sensor import effect_class, load_profile
+from depthsim.trajectory import load_trajectory
 
 WHOLE = Candidate("fixed_pattern", (), {}, ((),), in_place=True)
 
@@ -55,3 +63,28 @@ def test_a_pattern_has_what_lies_at_the_same_pixels(
         assert found is model
     else:
         assert [part.effect for part in found.parts] == becomes and found.parts[-1] is WHOLE
+
+
+@pytest.mark.parametrize("in_proportion", [True, False])
+def test_noise_in_another_form_needs_no_other_beside_it(in_proportion: bool, tmp_path: Path) -> None:
+    """To the corners it grows in proportion to that of each material, which it leaves as one that is added."""
+    scene, camera, paper = load_scene("office"), preset("d435", 160, 90), load_profile("paper")
+    noise, corners = effect_class("material_noise"), effect_class("vignetting_noise")
+    added = [noise(gain={"cement": 0.5}), corners(corner=0.3)]
+    base = [one for one in paper.effects if in_proportion or one.id != noise.id]
+    sensor = paper.model_copy(update={"effects": (*base, *([corners(gain=2.0, corner=0)] if in_proportion else added))})
+    generate(scene, load_trajectory("tour", scene, 10.0, 12), camera, sensor, tmp_path / "run", seed=3, threads=1)
+    evidence, _ = load_evidence(tmp_path / "run", scene, "paper", threads=1)
+    bank = [c for c in candidates(evidence.base, setting_of(evidence)) if c.effect in (noise.id, corners.id)]
+    search = Search(evidence, Validator(evidence, evidence.held_out), bank, evidence.base, lambda _: None)
+    found = Model((), np.empty(0))
+    for one, fixed in ((noise, "m"), (corners, "gain")):
+        form = next(c for c in bank if c.effect == one.id and fixed in c.fixed)
+        found = search.fit(found.plus(search.begin(form, found.build(evidence.base))), 4)
+    left = search.validated(found).gap
+    other = in_other_form(search, found, left)
+    if in_proportion:
+        assert [part.effect for part in other.parts] == [corners.id] and search.validated(other).gap < left
+        assert other.parameters(0)["gain"] == pytest.approx(2.0, abs=0.2)
+    else:
+        assert other is found

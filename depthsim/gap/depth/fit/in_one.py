@@ -1,8 +1,14 @@
-"""A pattern and the biases beside it as one, where the pattern with all that they explain does as well alone.
+"""Two causes as one, where one of them does as well alone.
 
-Such as an offset of the disparities for a pattern whose mean is not 0, or a turned mount for one that is a ramp.
+A pattern with all that the biases beside it explain, such as an offset of the disparities for a pattern whose mean is
+not 0, or a turned mount for one that is a ramp. A noise in another form, beside which another noise was for what the
+one form leaves, such as that of each material for one that grows to the corners in proportion to what is there.
 """
 
+from collections.abc import Iterator
+from itertools import permutations
+
+from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.ties import surely_worse
@@ -27,3 +33,28 @@ def in_one(search: Search, model: Model, gap: float) -> Model:
         return model
     search.say(f"{whole.effect} alone does as well")
     return trial.model
+
+
+def in_other_form(search: Search, model: Model, gap: float) -> Model:
+    """``model``, or with one of its noises in another form, without another one, where that leaves hardly more.
+
+    gap: what ``model`` leaves on the frames held out.
+    """
+    enough = gap + search.config.significance.faint * search.floor
+    trials = (trial for trial in _in_other_forms(search, model) if trial.gap < enough)
+    best = min(trials, key=lambda trial: trial.gap, default=None)
+    if best is None:
+        return model
+    gone = {part.effect for part in model.parts} - {part.effect for part in best.model.parts}
+    search.say(f"{best.newest.effect} in another form, without {' and '.join(gone)}")
+    return best.model
+
+
+def _in_other_forms(search: Search, model: Model) -> Iterator[Trial]:
+    noises = [number for number, one in enumerate(model.effects) if one.kinds[0] == "spread"]
+    for number, other in permutations(noises, 2):
+        part, less = model.parts[number], model.less(max(number, other)).less(min(number, other))
+        for form in search.bank:
+            if (form.effect, form.replaces) == (part.effect, part.replaces) and form != part and not form.in_place:
+                begun = search.begin(form, less.build(search.base))
+                yield search.validated(search.fit(less.plus(begun) if less.parts else begun, 4))
