@@ -31,12 +31,12 @@ from depthsim.sensor.pipeline import (
 SPREAD, FITTING, LOCATING = Seed("spread"), Seed("fitting"), (Seed("locating", 0), Seed("locating", 1))
 """The seeds of the simulations that the measure of errors is from, that parameters are fitted by, and of the two that
 the gap is located by. No recording that is diagnosed can have been made by one of them."""
-_CASTS = 2
+_CASTS = 3
 """How many casts of bent rays are kept of a frame that is fitted on; of another one it is the last."""
 _KEPT = 1 << 27
 """Bytes of what straight rays meet that are kept."""
 _FINISHED = 1 << 26
-"""Bytes of finished pictures that are kept, of each band of rows that is looked at."""
+"""Bytes of finished pictures that a thread keeps, of each band of rows that is looked at."""
 _BYTES = 24
 """Of a pixel in what its rays meet, and in what effects make of it once."""
 
@@ -63,7 +63,6 @@ class Replay:
         self._fields: dict[tuple[int, Seed], Fields] = {}
         self._met_straight: OrderedDict[tuple[object, ...], Geometry] = OrderedDict()
         self._lock = threading.Lock()
-        self._finished: tuple[tuple[list[Effect], list[Effect]], dict[Camera, Past]] | None = None
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
         """(rows, width) what is looked at of a frame, as the sensor with ``effects`` stores it."""
@@ -147,17 +146,17 @@ class Replay:
         return met
 
     def _past_of(self, effects: Sequence[Effect], pipeline: Pipeline) -> Past:
-        """The finished pictures. They are kept while what is done to them changes, and nothing else."""
+        """The finished pictures. Each thread keeps them while what is done to them changes, and nothing else."""
         making, camera = in_camera(effects), pipeline.camera
         of = making, bending(effects)
 
         def take(exposure: Exposure) -> NDArray[np.uint16]:
             return self._made(pipeline, effects, exposure)
 
-        with self._lock:
-            if self._finished is None or self._finished[0] != of:
-                self._finished = of, {}
-            kept = self._finished[1]
-            if camera not in kept:
-                kept[camera] = Past(take, camera.rate, max(_FINISHED // (2 * camera.width * camera.height), 1))
-            return kept[camera]
+        known: tuple[object, dict[Camera, Past]] | None = getattr(self._own, "finished", None)
+        if known is None or known[0] != of:
+            known = self._own.finished = of, {}
+        kept = known[1]
+        if camera not in kept:
+            kept[camera] = Past(take, camera.rate, max(_FINISHED // (2 * camera.width * camera.height), 1))
+        return kept[camera]

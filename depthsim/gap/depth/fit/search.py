@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -119,17 +120,24 @@ class Search(Fitting):
         """
         before = so_far.build(self.base) if so_far else self.base
         screened = self._leading(self._screen(so_far, is_out), before)
-        begun: list[Model] = []
-        for model in [*screened, *self._passed_over(screened, so_far, earlier, trusted)]:
-            self.say(f"fitting {model.parts[-1].effect}")
+        leaders = [*screened, *self._passed_over(screened, so_far, earlier, trusted)]
+
+        def whole_of(model: Model) -> Model:
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished_below=0)
             for begin in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
                 whole = min(whole, self._fit(begin, 3, polished_below=0)[0], key=lambda fitted: fitted.loss)
-            begun.append(whole)
+            return whole
+
+        begun: list[Model] = []
+        fitted = self.evidence.side_by_side(whole_of, leaders)
+        for model in leaders:
+            self.say(f"fitting {model.parts[-1].effect}")
+            begun.append(next(fitted))
         _, target, roots = self._on(self.evidence.train)
         without = loss(target, roots(tuple(before)))
         least = min((whole.loss for whole in begun), default=np.inf)
-        found = [self.validated(self._further(whole, least, without)) for whole in begun]
+        further = partial(self._further, least=least, without=without)
+        found = list(self.evidence.side_by_side(lambda whole: self.validated(further(whole)), begun))
         found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well one that is known by where the gap changes first comes first, and then the
         # plainest: holes everywhere before holes on every material.
@@ -315,17 +323,19 @@ class Search(Fitting):
             if not (c.in_place or c.effect in taken or c.replaces & taken or is_out(c.effect))
         ]
         here, begun = roots(base), {}
+        side_by_side = self.evidence.side_by_side
+        starts = side_by_side(lambda number: start(self.bank[number], base, here, target, roots), open_to)
         for number in open_to:
             self.say(f"looking at {self.bank[number].effect}, {number + 1} of {len(self.bank)}")
-            begun[number] = start(self.bank[number], base, here, target, roots)
+            begun[number] = next(starts)
         most = self.config.fit.looked_at if so_far is None else self.config.fit.looked_at_again
         first = first_axes(self.validator, base)
         known = [k for k in open_to if _is_known_by(self.bank[k].effect, first)]  # however far off they begin
         open_to = sorted({*worth_a_look({k: begun[k][1] for k in open_to}, most), *known})
         best: dict[tuple[str, bool, str], Model] = {}
-        for number in open_to:
+        refined = side_by_side(lambda k: refine(begun[k][0], base, target, roots, self.config.fit, 1), open_to)
+        for number, model in zip(open_to, refined, strict=True):
             candidate = self.bank[number]
-            model = refine(begun[number][0], base, target, roots, self.config.fit, 1)
             form = repr(candidate.fixed) if effect_class(candidate.effect).exact else ""
             key = candidate.effect, bool(candidate.replaces), form
             if key not in best or model.loss < best[key].loss:

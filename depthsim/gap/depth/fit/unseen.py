@@ -29,13 +29,14 @@ def unseen(evidence: Evidence, without: Sequence[str] = ()) -> tuple[str, ...]:
     again = ruler.roots(evidence.total(evidence.base, blocks, LOCATING[0]))
     chance = evidence.config.significance.faint * float(np.square(again - here).sum())
     there = {effect.id for effect in evidence.base}
-    others = (name for name in effect_ids() if name not in there and name not in without)
     tags = [tag for number, tag in enumerate(evidence.scene.tags) if evidence.cuts.shown_tags[number] >= 0]
 
-    def is_seen(effect: Effect) -> bool:
-        return float(np.square(roots((*evidence.base, effect)) - here).sum()) > chance
+    def is_seen(name: str) -> bool:
+        typical = ((*evidence.base, effect) for effect in _typical(effect_class(name), tags))
+        return any(float(np.square(roots(effects) - here).sum()) > chance for effects in typical)
 
-    return tuple(name for name in others if not any(map(is_seen, _typical(effect_class(name), tags))))
+    others = [name for name in effect_ids() if name not in there and name not in without]
+    return tuple(name for name, seen in zip(others, evidence.side_by_side(is_seen, others), strict=True) if not seen)
 
 
 def _typical(kind: type[Effect], tags: Sequence[str]) -> Iterator[Effect]:

@@ -1,5 +1,6 @@
 """Validating on frames that nothing was fitted on: how large the gap is, what is closed, and how sure that is."""
 
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -59,7 +60,7 @@ class Validator:
         self.evidence, self.blocks, self.config = evidence, list(blocks), evidence.config.significance
         self.ruler = Ruler.of(evidence.axes)
         self.real = evidence.real_counts(self.blocks)
-        self._runs: dict[str, list[Counts]] = {}
+        self._lock, self._runs = threading.Lock(), dict[str, list[Counts]]()
         self._known: dict[tuple[Any, ...], Any] = {}
 
     @property
@@ -70,9 +71,10 @@ class Validator:
     def runs(self, effects: Sequence[Effect], count: int) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
         key = _key(effects)
-        known = self._runs[key] = self._runs.pop(key, [])
-        if len(self._runs) > _REMEMBERED:
-            del self._runs[next(iter(self._runs))]
+        with self._lock:
+            known = self._runs[key] = self._runs.pop(key, [])
+            if len(self._runs) > _REMEMBERED:
+                del self._runs[next(iter(self._runs))]
         if seeds := [judging(run) for run in range(len(known), count)]:
             known += self.evidence.simulated(effects, self.blocks, seeds)
         return known[:count]
