@@ -31,7 +31,7 @@ from depthsim.sensor.pipeline import (
 SPREAD, FITTING, LOCATING = Seed("spread"), Seed("fitting"), (Seed("locating", 0), Seed("locating", 1))
 """The seeds of the simulations that the measure of errors is from, that parameters are fitted by, and of the two that
 the gap is located by. No recording that is diagnosed can have been made by one of them."""
-_CASTS = 3
+_CASTS = 2
 """How many casts of bent rays are kept of a frame that is fitted on; of another one it is the last."""
 _KEPT = 1 << 27
 """Bytes of what straight rays meet that are kept."""
@@ -46,7 +46,7 @@ def judging(run: int) -> Seed:
     return Seed("judging", run)  # a key: another word, other draws
 
 
-_SEEN_AGAIN = {FITTING, *map(judging, range(4))}
+_SEEN_AGAIN = {FITTING, *map(judging, range(2))}
 """By these one sensor after the other is simulated, so that their pictures of noise are kept."""
 
 
