@@ -78,6 +78,26 @@ def test_no_recording_has_the_random_numbers_of_the_diagnosis(seed: int, monkeyp
     assert len(drawn) > 40 and max(drawn) < 0.6
 
 
+def test_sensors_side_by_side_are_counted_as_one_after_the_other() -> None:
+    given = Evidence(
+        Run.open(recorded(PAPER)), load_scene("office"), load_materials(), load_profile("paper").effects, 3
+    )
+    sensors = [(*given.base, effect_class("baseline_scale")(scale=1 + k / 100)) for k in range(7)]
+    sensors += [(*given.base, effect_class("temporal_filter")(alpha=k / 10)) for k in (3, 5)]
+    together = list(given.side_by_side(lambda effects: given.total(effects, given.train), sensors))
+    judged = list(given.side_by_side(lambda effects: given.simulate(effects, given.test, Seed("test")), sensors))
+    given._totals.clear()
+    for effects, total, simulated in zip(sensors, together, judged, strict=True):
+        assert np.array_equal(total, given.total(effects, given.train))
+        assert np.array_equal(simulated, given.simulate(effects, given.test, Seed("test")))
+        assert np.array_equal(total, given.simulate(effects, given.train).sum(axis=0))
+    one = Evidence(given.run, given.scene, given.materials, given.base, 1)
+    assert all(map(np.array_equal, one.side_by_side(lambda effects: one.total(effects, one.train), sensors), together))
+    with pytest.raises(ZeroDivisionError):  # and not on what another thread was waiting for
+        list(given.side_by_side(lambda k: 1 // k, [2, 1, 0, 3]))
+    assert list(given.side_by_side(lambda k: given.each(lambda n: n * k, range(4)), range(4)))[3] == [0, 3, 6, 9]
+
+
 def test_a_fit_is_as_sure_of_a_run_made_with_seed_1_as_of_any(tmp_path: Path) -> None:
     (tmp_path / "truth.yaml").write_text(LACKED)
     scene, camera = load_scene("office"), preset("d435", 80, 46).model_copy(update={"rate": 2.0})

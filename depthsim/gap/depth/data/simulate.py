@@ -35,7 +35,7 @@ _CASTS = 2
 """How many casts of bent rays are kept of a frame that is fitted on; of another one it is the last."""
 _KEPT = 1 << 27
 """Bytes of what straight rays meet that are kept."""
-_FINISHED = 1 << 26
+_FINISHED = 1 << 25
 """Bytes of finished pictures that a thread keeps, of each band of rows that is looked at."""
 _BYTES = 24
 """Of a pixel in what its rays meet, and in what effects make of it once."""

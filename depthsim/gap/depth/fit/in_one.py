@@ -5,9 +5,9 @@ not 0, or a turned mount for one that is a ramp. A noise in another form, beside
 one form leaves, such as that of each material for one that grows to the corners in proportion to what is there.
 """
 
-from collections.abc import Iterator
 from itertools import permutations
 
+from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
@@ -40,21 +40,26 @@ def in_other_form(search: Search, model: Model, gap: float) -> Model:
 
     gap: what ``model`` leaves on the frames held out.
     """
+    noises = [number for number, one in enumerate(model.effects) if one.kinds[0] == "spread"]
+    others = [(model.parts[k], model.less(max(k, n)).less(min(k, n))) for k, n in permutations(noises, 2)]
+
+    def with_form(less: Model, form: Candidate) -> Trial:
+        begun = search.begin(form, less.build(search.base))
+        return search.validated(search.fit(less.plus(begun) if less.parts else begun, 4))
+
+    trials = search.evidence.side_by_side(
+        lambda tried: with_form(*tried),
+        [
+            (less, form)
+            for part, less in others
+            for form in search.bank
+            if (form.effect, form.replaces) == (part.effect, part.replaces) and form != part and not form.in_place
+        ],
+    )
     enough = gap + search.config.significance.faint * search.floor
-    trials = (trial for trial in _in_other_forms(search, model) if trial.gap < enough)
-    best = min(trials, key=lambda trial: trial.gap, default=None)
+    best = min((trial for trial in trials if trial.gap < enough), key=lambda trial: trial.gap, default=None)
     if best is None:
         return model
     gone = {part.effect for part in model.parts} - {part.effect for part in best.model.parts}
     search.say(f"{best.newest.effect} in another form, without {' and '.join(gone)}")
     return best.model
-
-
-def _in_other_forms(search: Search, model: Model) -> Iterator[Trial]:
-    noises = [number for number, one in enumerate(model.effects) if one.kinds[0] == "spread"]
-    for number, other in permutations(noises, 2):
-        part, less = model.parts[number], model.less(max(number, other)).less(min(number, other))
-        for form in search.bank:
-            if (form.effect, form.replaces) == (part.effect, part.replaces) and form != part and not form.in_place:
-                begun = search.begin(form, less.build(search.base))
-                yield search.validated(search.fit(less.plus(begun) if less.parts else begun, 4))
