@@ -62,7 +62,11 @@ def generate(
     from depthsim.trajectory import load_trajectory
 
     known = load_materials(materials)
-    model = Run.open(like) if like else None
+    model = None
+    if like:
+        from depthsim.gap.depth.data.left_imager import with_left_imager
+
+        model = with_left_imager(Run.open(like))
     profile = load_profile(sensor)
     eye = _camera(camera, parse_resolution(resolution), rate, profile, model)
     place = load_scene(_scene(scene, model), tags=parse_tags(tag), units=units, up=up, materials=known)

@@ -31,7 +31,7 @@ class Run:
     there is none within half a frame. trajectory: the camera at the frames' stamps; truth: all poses of
     groundtruth.txt, which may be denser. meta: run.yaml, {} without one. left_out: numbers of objects that
     :meth:`mask` leaves out. by_left: whether groundtruth.txt was taken to have the poses of the left imager, though the
-    pictures are aligned to colour.
+    pictures are aligned to colour. left_by_rows: whether the left imager's focal length is by their doubled rows.
 
     Every method takes the number of a frame and raises :class:`InputError` for a picture that is damaged or does not
     fit the camera.
@@ -46,6 +46,7 @@ class Run:
     meta: dict[str, Any]
     left_out: frozenset[int] = frozenset()
     by_left: bool = False
+    left_by_rows: bool = False
 
     @classmethod
     def open(cls, path: str | Path, *, posed: bool = True) -> "Run":
@@ -106,11 +107,19 @@ class Run:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is to be known of the poses: whose they are, and how many frames lie in gaps of them."""
-        whose = (
-            "the pictures are aligned to colour, and groundtruth.txt has the poses of the left imager: taken as such"
-        )
-        return (*((whose,) if self.by_left else ()), *gap_remarks(self.truth, self.stamps))
+        """What is to be known of camera and poses: whose they are, and how many frames lie in gaps of these."""
+        found = []
+        if self.left_by_rows:
+            found.append(
+                "camera.yaml does not say what the left imager of the aligned pictures was: a focal length of "
+                f"{self.camera.left.fx:.1f} px is taken, by the rows that were doubled; write `depth:` there"
+            )
+        if self.by_left:
+            found.append(
+                "the pictures are aligned to colour, and groundtruth.txt has the poses of the left imager: taken as "
+                "such"
+            )
+        return (*found, *gap_remarks(self.truth, self.stamps))
 
     @property
     def scene(self) -> Path | None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from commands import depthsim_here
 from sensing import STEP_CASTER
 
 from depthsim.gap.config import DepthConfig
@@ -295,3 +296,29 @@ def test_a_fixed_pattern_is_learned_where_the_left_imager_has_it(tmp_path: Path)
     fine = learn_beside(evidence, (*evidence.base, AlignToColor(zoom=ZOOM)), fine=True)
     assert fine is not None
     assert np.corrcoef(true.ravel(), picture(fine.grid, camera.shape)[seen].ravel())[0, 1] > 0.9
+
+
+def test_the_left_imager_of_aligned_pictures_is_seen_in_their_rows(tmp_path: Path) -> None:
+    """Whose camera says the colour camera's intrinsics alone, as the driver's camera_info does."""
+    usual = preset("d435", 160, 120, rate=3.0)
+    other = usual.model_copy(update={"fx": 0.9 * usual.fx, "fy": 0.9 * usual.fy})
+    for name, camera in (("usual", usual), ("other", other)):
+        run, effects = tmp_path / name, [*BASE, AlignToColor()]
+        generate("office", None, camera, effects, run, frames=10, seed=5, streams=("depth",), threads=1)
+        shown = load_evidence(run, None, BASE, threads=1)[0]
+        assert not shown.run.left_by_rows and shown.camera.left.fx == pytest.approx(camera.fx)
+        unsaid_left = unsaid(run, BASE, ("depth",))
+        assert unsaid_left.camera.left.fx == pytest.approx(camera.fx, rel=0.005)
+        assert unsaid_left.run.left_by_rows == (name == "other")
+        assert any("left imager" in note and "depth:" in note for note in notes_of(unsaid_left)) == (name == "other")
+    like = tmp_path / "like"
+    file = tmp_path / "other" / "camera.yaml"
+    file.write_text(yaml.safe_dump({k: v for k, v in yaml.safe_load(file.read_text()).items() if k != "depth"}))
+    command = ["generate", "office", "--like", str(tmp_path / "other"), "--frames", "1", "--out", str(like)]
+    result = depthsim_here(*command)
+    assert result.returncode == 0 and "by the rows that were doubled" in result.stderr
+    assert Run.open(like).camera.left.fx == pytest.approx(camera.fx, rel=0.005)
+    as_usual = replace(unsaid_left.run, camera=unsaid_left.camera.model_copy(update={"depth": None}))
+    blind = Evidence(as_usual, unsaid_left.scene, unsaid_left.materials, BASE, 1)
+    left, whole = (Validator(one, one.held_out).score(one.base).above for one in (unsaid_left, blind))
+    assert left < 0.3 * whole  # so small a picture shows the zoom to 0.3 %

@@ -6,6 +6,7 @@ from pathlib import Path
 from depthsim.errors import InputError
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.evidence import Evidence
+from depthsim.gap.depth.data.left_imager import with_left_imager
 from depthsim.gap.report.words import RAY_LENGTHS
 from depthsim.materials import Materials, load_materials
 from depthsim.runs.folder import Run, open_run
@@ -30,7 +31,7 @@ def load_evidence(
     opened, known = open_run(run).looking_at(objects, without_objects), load_materials(materials)
     profile = _profile(opened, sensor)
     place = _scene(opened, scene, known)
-    opened = with_poses_of_pictures(opened, place)
+    opened = with_poses_of_pictures(with_left_imager(opened, config.data), place)
     return Evidence(opened, place, known, profile.effects, threads, config=config), profile
 
 
