@@ -227,7 +227,6 @@ class Evidence:
     def _total(self, ordered: Sequence[Effect], blocks: Sequence[int], seed: Seed) -> Counts:
         frames = [int(i) for b in blocks for i in self.blocks[b]]
         first = {int(self.blocks[b][0]) for b in blocks}
-
         threads = 1 if self._is_alone else self.threads
 
         def one(part: int) -> Counts:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -136,8 +135,8 @@ class Search(Fitting):
         _, target, roots = self._on(self.evidence.train)
         without = loss(target, roots(tuple(before)))
         least = min((whole.loss for whole in begun), default=np.inf)
-        further = partial(self._further, least=least, without=without)
-        found = list(self.evidence.side_by_side(lambda whole: self.validated(further(whole)), begun))
+        further = self.evidence.side_by_side(lambda whole: self.validated(self._further(whole, least, without)), begun)
+        found = list(further)
         found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well one that is known by where the gap changes first comes first, and then the
         # plainest: holes everywhere before holes on every material.

@@ -60,7 +60,8 @@ class Validator:
         self.evidence, self.blocks, self.config = evidence, list(blocks), evidence.config.significance
         self.ruler = Ruler.of(evidence.axes)
         self.real = evidence.real_counts(self.blocks)
-        self._lock, self._runs = threading.Lock(), dict[str, list[Counts]]()
+        self._lock = threading.Lock()
+        self._runs: dict[str, list[Counts]] = {}
         self._known: dict[tuple[Any, ...], Any] = {}
 
     @property
@@ -71,12 +72,15 @@ class Validator:
     def runs(self, effects: Sequence[Effect], count: int) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
         key = _key(effects)
+        known = self._runs.get(key, [])
+        seeds = [judging(run) for run in range(len(known), count)]
+        # A list of its own, as another thread may be at the same sensor.
+        known = [*known, *self.evidence.simulated(effects, self.blocks, seeds)]
         with self._lock:
-            known = self._runs[key] = self._runs.pop(key, [])
+            self._runs.pop(key, None)
+            self._runs[key] = known
             if len(self._runs) > _REMEMBERED:
                 del self._runs[next(iter(self._runs))]
-        if seeds := [judging(run) for run in range(len(known), count)]:
-            known += self.evidence.simulated(effects, self.blocks, seeds)
         return known[:count]
 
     def once(self, work: Callable[..., T], *sensors: Sequence[Effect]) -> T:
