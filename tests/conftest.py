@@ -5,6 +5,8 @@ import hashlib
 import os
 from pathlib import Path
 
+from hypothesis import settings
+
 _ROOT = Path(__file__).parents[1]
 
 
@@ -28,6 +30,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Containers often tell Python to keep no bytecode. Each of the hundreds of processes that the tests start would compile
 # the package anew, for a third of a second.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+# A property that is drawn first may wait for its kernel to be compiled, and these machines are noisy: none is timed.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 
 def pytest_collection_finish() -> None:

@@ -41,7 +41,7 @@ COEFFICIENTS = st.tuples(
 
 
 @given(COEFFICIENTS)
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_distortion_is_undone(k: tuple[float, ...]) -> None:
     camera = brown_conrady(*k)
     xd, yd = pixels(camera)
@@ -80,7 +80,7 @@ def test_the_jacobian_is_the_derivative() -> None:
 
 
 @given(COEFFICIENTS)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_opencv_agrees(k: tuple[float, ...]) -> None:
     cv2 = pytest.importorskip("cv2")
     camera = brown_conrady(*k)
@@ -119,7 +119,7 @@ def test_folding_outside_the_image_is_no_matter() -> None:
 
 @given(st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-3, 3)))
 @example((0.0, -1.1724945288459785, 0.0, 0.0, 0.7844267116548647))  # nearly folds over, inside the image
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_any_distortion_is_undone_or_refused(k: tuple[float, ...]) -> None:
     try:
         camera = brown_conrady(*k)

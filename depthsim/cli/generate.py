@@ -64,9 +64,11 @@ def generate(
     known = load_materials(materials)
     model = None
     if like:
-        from depthsim.gap.depth.data.left_imager import with_left_imager
+        model = Run.open(like)
+        if model.camera.aligned:
+            from depthsim.gap.depth.data.left_imager import with_left_imager
 
-        model = with_left_imager(Run.open(like))
+            model = with_left_imager(model)
     profile = load_profile(sensor)
     eye = _camera(camera, parse_resolution(resolution), rate, profile, model)
     place = load_scene(_scene(scene, model), tags=parse_tags(tag), units=units, up=up, materials=known)

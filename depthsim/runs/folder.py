@@ -90,6 +90,10 @@ class Run:
     def __len__(self) -> int:
         return len(self.files)
 
+    def spread(self, count: int) -> list[int]:
+        """The indices of some frames, from the first to the last, evenly spread; all of a run with fewer."""
+        return [int(index) for index in np.unique(np.linspace(0, len(self) - 1, count).round())]
+
     @property
     def stamps(self) -> NDArray[np.float64]:
         """(N,) [s], increasing."""

@@ -25,8 +25,8 @@ def with_poses_of_pictures(run: Run, scene: Scene) -> Run:
     if not run.camera.aligned or np.abs(run.camera.left_pose - np.eye(4)).max() < 1e-3:
         return run
     other, caster = run.posed_by_left(), Caster(scene)
-    frames = np.unique(np.linspace(0, len(run) - 1, _FRAMES).round().astype(int))
-    as_given, by_left = (np.array([_error(one, caster, int(i)) for i in frames]) for one in (run, other))
+    frames = run.spread(_FRAMES)
+    as_given, by_left = (np.array([_error(one, caster, i) for i in frames]) for one in (run, other))
     less = as_given - by_left
     sure = less.mean() > 3 * less.std() / np.sqrt(len(frames)) and less.mean() > _BETTER * as_given.mean()
     return other if sure else run

@@ -44,7 +44,7 @@ def preview(run: Run, path: Path, frames: int = 5) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    shown = np.unique(np.linspace(0, len(run) - 1, frames).round().astype(int))
+    shown = run.spread(frames)
     rows = _rows(run, shown)
     columns = max(len(shown), 3)
     cell = (_WIDTH - _LEFT - _KEY - _GAP * (columns - 1)) / columns
@@ -82,7 +82,7 @@ def _title(run: Run) -> str:
     return "   ".join([*parts, f"{run.stamps[-1] - run.stamps[0]:.1f} s", "black: holes, or nothing there"])
 
 
-def _rows(run: Run, shown: NDArray[np.int_]) -> list[_Row]:
+def _rows(run: Run, shown: list[int]) -> list[_Row]:
     depth, clean = _pictures(run.depth, shown), _pictures(run.clean, shown)
     near, far = depth_span(np.stack(depth))
     metres = {"cmap": _map("turbo"), "norm": _log_norm(near, far), **_NEAREST}
@@ -97,7 +97,7 @@ def _rows(run: Run, shown: NDArray[np.int_]) -> list[_Row]:
     return rows
 
 
-def _pictures(read: Callable[[int], NDArray[Any] | None], shown: NDArray[np.int_]) -> list[NDArray[Any]]:
+def _pictures(read: Callable[[int], NDArray[Any] | None], shown: list[int]) -> list[NDArray[Any]]:
     return [picture for index in shown if (picture := read(index)) is not None]
 
 

@@ -14,7 +14,7 @@ from depthsim.flight.drag import LAWS, hover_tangent
 from depthsim.flight.vehicle import Vehicle, load_vehicle, vehicle_names
 
 seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
-quick = settings(max_examples=40, deadline=None)
+quick = settings(max_examples=40)
 C = 0.05
 
 

@@ -72,7 +72,7 @@ def test_a_thin_wall_between_two_samples_is_seen_and_a_start_inside_the_radius_t
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_contact_agrees_with_a_dense_march(seed: int) -> None:
     """Against the distance to densely sampled triangles, at densely sampled times."""
     rng = np.random.default_rng(seed)

@@ -38,7 +38,7 @@ def same(one: FlightLog, other: FlightLog) -> bool:
     return all((a is None and b is None) or np.array_equal(a, b) for a, b in pairs)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 2**31 - 1), absent=st.sets(st.sampled_from(["position", "thrust", "rotor_thrusts"])))
 def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, seed: int, absent: set[str]) -> None:
     path = tmp_path_factory.mktemp("log") / "flight.csv"

@@ -90,5 +90,5 @@ def test_both_are_fitted_from_the_beginning(monkeypatch: Any) -> None:
             fit=lambda model, rounds, elsewhere: model, validated=lambda model, gap=gap: Trial(model, gap),
             say=lambda text: None,
         )  # fmt: skip
-        found = beneath.beneath(cast("Any", search), alone, 0.2)
+        found = beneath.beneath(cast("Any", search), Trial(alone, 0.2)).model
         assert [part.effect for part in found.parts] == expected

@@ -142,7 +142,7 @@ def _count(units: NDArray[np.uint16], clean: NDArray[np.float32], kind: int) -> 
     return counts
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 2**31), st.floats(0, 0.5))
 def test_every_pixel_is_counted_once(seed: int, holes: float) -> None:
     rng = np.random.default_rng(seed)
@@ -153,7 +153,7 @@ def test_every_pixel_is_counted_once(seed: int, holes: float) -> None:
     assert counts[histograms.ERROR_HOLE] == (units.astype(np.uint16) == 0).sum()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**31))
 def test_axes_that_are_counted_together_have_the_counts_of_each_alone(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -188,7 +188,7 @@ def _ruler(cells: int = 3) -> Ruler:
     return Ruler.of([Axis("range", histograms.ERROR, cells, lambda *_: np.zeros(1, int), str)])
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(0, 2**31))
 def test_divergence_is_a_distance_in_bits(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -396,7 +396,7 @@ def test_diagnosis_json_has_the_keys_that_others_read() -> None:
     assert {"fraction", "where", "description"} <= set(stored["unexplained"])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(0.02, 0.6), st.floats(-0.5, 0.5), st.integers(0, 2**31))
 def test_steps_are_seen_in_the_spectrum(step: float, origin: float, seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -13,7 +13,7 @@ from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.fit import in_one as module
 from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
 from depthsim.gap.depth.fit.fitting import Trial
-from depthsim.gap.depth.fit.in_one import in_one, in_other_form
+from depthsim.gap.depth.fit.in_one import biases_in_one, noises_in_one
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.validate import Validator
@@ -58,7 +58,7 @@ def test_a_pattern_has_what_lies_at_the_same_pixels(
     model = Model(
         tuple(smooth if one == "fixed_pattern" else replace(smooth, effect=one) for one in named), np.empty(0)
     )
-    found = in_one(cast("Search", search), model, 0.1)
+    found = biases_in_one(cast("Search", search), Trial(model, 0.1)).model
     if becomes is None:
         assert found is model
     else:
@@ -81,10 +81,10 @@ def test_noise_in_another_form_needs_no_other_beside_it(in_proportion: bool, tmp
     for one, fixed in ((noise, "m"), (corners, "gain")):
         form = next(c for c in bank if c.effect == one.id and fixed in c.fixed)
         found = search.fit(found.plus(search.begin(form, found.build(evidence.base))), 4)
-    left = search.validated(found).gap
-    other = in_other_form(search, found, left)
+    both = search.validated(found)
+    other = noises_in_one(search, both)
     if in_proportion:
-        assert [part.effect for part in other.parts] == [corners.id] and search.validated(other).gap < left
-        assert other.parameters(0)["gain"] == pytest.approx(2.0, abs=0.2)
+        assert [part.effect for part in other.model.parts] == [corners.id] and other.gap < both.gap
+        assert other.model.parameters(0)["gain"] == pytest.approx(2.0, abs=0.2)
     else:
-        assert other is found
+        assert other is both

@@ -22,7 +22,7 @@ from depthsim.runs.png import encode_png
 
 
 @given(st.floats(0.05, 2), st.floats(0.001, 0.02), st.integers(3, 30))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_an_exact_curve_gives_its_m_and_floor(m: float, floor: float, points: int) -> None:
     d = np.linspace(0.5, 5, points)
     std = floor * np.exp(m * d)

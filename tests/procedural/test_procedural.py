@@ -123,7 +123,7 @@ def test_a_room_looks_inward() -> None:
     assert wood == pytest.approx(5.0)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(st.tuples(*[st.integers(0, 4)] * 6, st.booleans()), min_size=1, max_size=8))
 def test_blocks_hold_what_a_count_of_cells_holds(items: list[tuple[int, int, int, int, int, int, bool]]) -> None:
     cells = np.zeros((6, 6, 6), bool)

@@ -143,7 +143,7 @@ YAML_READERS: tuple[Callable[[Path], object], ...] = (
 def test_any_document_ends_in_a_value_or_in_one_line(read, tmp_path_factory):
     file = tmp_path_factory.mktemp("document") / "reported.yaml"
 
-    @settings(max_examples=40, deadline=None, derandomize=True, database=None)
+    @settings(max_examples=40, derandomize=True, database=None)
     @given(DOCUMENTS)
     def check(document: dict) -> None:
         try:
@@ -159,7 +159,7 @@ def test_any_document_ends_in_a_value_or_in_one_line(read, tmp_path_factory):
     check()
 
 
-@settings(max_examples=200, deadline=None, derandomize=True, database=None)
+@settings(max_examples=200, derandomize=True, database=None)
 @given(
     st.text(max_size=40)
     | st.from_regex(r"(circle|line|waypoints|hover|lemniscate):([a-z_]{1,6}=[-0-9./;e]{0,9},?){0,5}")

@@ -10,7 +10,7 @@ from depthsim.errors import InputError
 from depthsim.raycast import Caster
 from depthsim.scene import NO_TAG, Scene
 
-FEW = settings(max_examples=30, deadline=None)
+FEW = settings(max_examples=30)
 
 
 @FEW

@@ -21,7 +21,7 @@ def assert_same_bytes(a: Geometry, b: Geometry) -> None:
         assert getattr(a, name).tobytes() == getattr(b, name).tobytes(), name
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32), st.integers(1, 3000), st.booleans())
 def test_embreex_agrees(seed: int, count: int, rolling: bool) -> None:
     rng = np.random.default_rng(seed)

@@ -47,7 +47,7 @@ def assert_alike(a: Geometry, b: Geometry, tolerance: float = 1e-5) -> None:
     assert np.count_nonzero(a.right_sees != b.right_sees) <= 2 + 2e-3 * same.size
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 2**32), st.floats(-0.5, 1.5))
 @example(0, 0.7890996623639397)
 def test_objects_are_where_their_path_says(seed: int, stamp: float) -> None:

@@ -60,7 +60,6 @@ def filtered(image: np.ndarray, kinds: list[int]) -> bytes:
 
 
 @given(images)
-@settings(deadline=None)
 def test_round_trip_to_the_bit(image):
     back = decode_png(encode_png(image))
     assert back.dtype == image.dtype
@@ -68,13 +67,13 @@ def test_round_trip_to_the_bit(image):
 
 
 @given(images)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_pillow_reads_ours(image):
     np.testing.assert_array_equal(np.asarray(Image.open(io.BytesIO(encode_png(image)))), image)
 
 
 @given(images | deep_colour)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_opencv_reads_ours_and_we_read_opencv(image):
     cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
     theirs = cv2.imdecode(np.frombuffer(encode_png(image), np.uint8), cv2.IMREAD_UNCHANGED)
@@ -98,7 +97,7 @@ def test_we_read_pillow(shape, level):
 
 
 @given(images, st.data())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_all_five_filters(image, data):
     image = image[:8, :9]
     kinds = data.draw(st.lists(st.integers(0, 4), min_size=len(image), max_size=len(image)))

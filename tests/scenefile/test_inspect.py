@@ -70,7 +70,7 @@ def test_one_flipped_face() -> None:
     assert (found.flipped_faces, found.flipped_edges, found.inside_out_bodies, found.closed_bodies) == (1, 3, 0, 1)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.sets(st.integers(0, len(BALL.faces) - 1), max_size=len(BALL.faces)), st.booleans())
 def test_any_flipped_faces_are_counted_in_each_body(flips: set[int], inwards: bool) -> None:
     faces = BALL.faces.copy()

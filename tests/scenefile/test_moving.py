@@ -101,7 +101,7 @@ def test_a_child_goes_along_and_a_door_swings(tmp_path: Path) -> None:
     assert np.allclose(child[:3, :3], base[:3, :3] @ [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.floats(-2, 2), st.booleans(), st.integers(0, 2))
 def test_a_saved_scene_is_the_same_scene(s: float, again: bool, k: int) -> None:
     folder = Path(tempfile.mkdtemp())

@@ -17,7 +17,7 @@ from depthsim.scenefile.mesh import Mesh, read_mesh
 from depthsim.scenefile.polygons import triangulate
 
 trimesh = pytest.importorskip("trimesh")
-QUICK = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+QUICK = settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 NAMES = st.sampled_from(["cement", "lambert1", "Material.001", "brick wall", "µ"])
 
 
@@ -297,7 +297,7 @@ def whole() -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("kind", ["obj", "glb", "gltf", "ply", "stl", "off"])
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_file_is_a_mesh_or_one_line(
     tmp_path: Path, whole: dict[str, bytes], kind: str, data: st.DataObject

@@ -277,7 +277,7 @@ def test_the_variances_of_two_noises_add(first: str, second: str) -> None:
     assert np.abs(np.abs(error(first, second)) - np.hypot(error(first), error(second))).max() < 2e-4
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(effects(), max_size=6), st.randoms(use_true_random=False), st.integers(0, 2**32 - 1))
 def test_any_set_of_effects_composes(
     tmp_path_factory: pytest.TempPathFactory, chosen: list[Effect], random: Any, index: int

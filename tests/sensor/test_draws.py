@@ -44,7 +44,7 @@ def test_the_reference_gives_the_published_answers(counter: str, key: str, answe
     assert philox(hexadecimal(counter), hexadecimal(key)) == list(hexadecimal(answer))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.integers(0, WORDS // STEPS - 1),
     st.integers(0, WORDS - 1),
@@ -210,7 +210,7 @@ def test_the_exponential() -> None:
     assert out[0] == 1
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 3000), st.integers(1, 9), st.integers(0, 2**40))
 def test_threads_and_shapes_make_no_difference(size: int, threads: int, seed: int) -> None:
     one = Draws(seed, "x", 2, 1)

@@ -231,7 +231,7 @@ def test_an_m_out_of_its_bounds_is_refused(m: float) -> None:
 SOUP = Caster(as_scene(soup(np.random.default_rng(1), 300), wall(-30), tags=["plastic", "cement"]))
 
 
-@settings(max_examples=35, deadline=None)
+@settings(max_examples=35)
 @given(st.data())
 def test_any_parameters_within_their_bounds_give_a_depth_picture(data: st.DataObject) -> None:
     effects = []

@@ -55,7 +55,7 @@ def test_every_pixel_has_unit_variance_the_border_too() -> None:
     assert abs(kurtosis - 3) < 0.1
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.floats(0, 0.99), st.integers(0, 2**31))
 def test_frames_are_correlated_as_an_ar1_process(correlation: float, start: int) -> None:
     """Exactly, from the weights: the covariance of two frames is the product of what they have in common."""

@@ -168,7 +168,7 @@ def frame(depth: Array) -> Frame:
     return Frame(depth.astype(np.float32), clean, cam, scene, MATERIALS, Motion.still(np.eye(4)))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.one_of(st.just(0.0), st.floats(0.0625, 100, width=32)), min_size=1, max_size=50))
 def test_disparity_and_depth_are_one_measurement(depth: list[float]) -> None:
     exact = np.array([depth], np.float32)

@@ -74,7 +74,7 @@ def test_a_camera_file_beside_the_profile(tmp_path: Path) -> None:
 NUMBERS = st.floats(0, 1) | st.floats(0, 1e-300)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     st.text(st.characters(exclude_categories=["Cs"]), min_size=1),
     st.sampled_from([None, "paper"]),
@@ -204,7 +204,7 @@ VALUES = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(VALUES)
 def test_whatever_a_profile_holds_it_loads_or_is_reported(
     tmp_path_factory: pytest.TempPathFactory, value: object

@@ -124,7 +124,7 @@ def test_depths_that_do_not_fit_are_saturated_or_holes(scale: float) -> None:
     assert units([0, -0.0, -1e-9, -scale, -70000 * scale, -1e30, -np.inf, np.nan], scale) == [0] * 8
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.floats(0, 70, width=32), min_size=1, max_size=300), st.integers(1, 5))
 def test_sixteen_bits_hold_the_depth_to_half_a_unit(depth: list[float], threads: int) -> None:
     exact = np.array(depth, np.float32)

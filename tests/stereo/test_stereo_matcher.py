@@ -44,7 +44,7 @@ def test_a_small_step_is_a_ramp_and_a_large_one_is_not(step: float, ramp: bool) 
     assert 3 <= pixels <= 7 if ramp else pixels == 0
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(1, 9), st.integers(1, 12), st.integers(0, 4), st.integers(0, 3), st.integers(0, 2**32 - 1))
 def test_smoothing_is_a_mean_of_means_of_what_is_alike(
     height: int, width: int, across: int, down: int, seed: int
@@ -143,7 +143,7 @@ def test_the_number_of_threads_changes_nothing() -> None:
         assert (matcher.match(*pair, threads=threads) == one).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(1, 40), st.integers(1, 60), st.integers(0, 2**32 - 1))
 def test_any_size_goes_through(height: int, width: int, seed: int) -> None:
     left, right = np.random.default_rng(seed).integers(0, 255, (2, height, width), dtype=np.uint8)
@@ -281,7 +281,7 @@ def test_the_tests_are_those_of_the_formula() -> None:
     assert min(seen.values()) > 5
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(1, 30), st.integers(1, 4), st.sampled_from([0.0, 0.3, 2.0]), st.integers(0, 2**32 - 1))
 def test_a_window_with_two_surfaces_is_torn(width: int, reach: int, share: float, seed: int) -> None:
     """In the left image along row and column, and in the right one's row within half the reach, by half the share."""
@@ -318,7 +318,7 @@ def test_no_memory_is_read_that_others_write() -> None:
     assert len(found) == 1
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(1, 12), st.integers(1, 15), st.integers(0, 9), st.integers(0, 6), st.integers(0, 2**32 - 1))
 def test_who_has_few_firm_neighbours_is_dropped(height: int, width: int, across: int, down: int, seed: int) -> None:
     rng = np.random.default_rng(seed)

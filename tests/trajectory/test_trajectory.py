@@ -27,7 +27,7 @@ from depthsim.trajectory.rotation import rotation_matrices, slerp, view_rotation
 FLOOR = Path(__file__).parents[2] / "../shared/data/d435_floor/groundtruth.txt"
 HERE = Path("scene.yaml")
 
-quick = settings(max_examples=60, deadline=None)
+quick = settings(max_examples=60)
 units = st.integers(0, 2**32 - 1).map(lambda seed: np.random.default_rng(seed).normal(size=(5, 4)))
 quaternions = units.map(lambda q: q / np.linalg.norm(q, axis=1, keepdims=True))
 points = arrays(np.float64, (3,), elements=st.floats(-50, 50))
@@ -386,7 +386,7 @@ def test_hover_stays() -> None:
 
 
 @given(st.lists(st.tuples(*[st.floats(-5, 5)] * 3), min_size=3, max_size=7), st.booleans())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_the_path_passes_through_the_points(path: list[tuple[float, float, float]], closed: bool) -> None:
     looped = np.array([*path, path[0]])
     assume(np.linalg.norm(np.diff(looped, axis=0), axis=1).min() > 0.1)

@@ -19,8 +19,6 @@ _WIDEST = 0.1
 """The least zoom that is one."""
 _BESIDE = -0.015, 0.059
 """[m] Where the colour cameras of a D435 and of a D455 are."""
-_SURE = 0.7
-"""Over the root of the pixels: as well doubled rows show a zoom, relative. 0.005 where a picture has 160x120."""
 _SMALL = 160, 120
 """Pictures of which nobody knows the size are as small as this."""
 _FINEST_UNSEEN = 1.1
@@ -111,6 +109,11 @@ def _aligned(camera: Camera, x: float, zoom: float, roll: float) -> Camera:
     return camera.model_copy(update={"color": color, "aligned": True, "depth": left})
 
 
+def zoom_accuracy(width: int, height: int) -> float:
+    """How well doubled rows show a zoom, relative: 0.005 where a picture has 160x120."""
+    return float(0.7 / np.sqrt(width * height))
+
+
 class AlignToColor(Effect):
     """Depth resampled into the colour camera: each pixel is projected as a rectangle, and the nearest one wins.
 
@@ -184,7 +187,7 @@ class AlignToColor(Effect):
         """The zoom near that by which rows are doubled: a fit would take another one to move what is in the picture."""
         if setting.doubled is None:
             return {"zoom": (0, _FINEST_UNSEEN)} if setting.undoubled else {}
-        zoom, off = setting.doubled[0], _SURE / np.sqrt(np.prod(setting.size or _SMALL))
+        zoom, off = setting.doubled[0], zoom_accuracy(*(setting.size or _SMALL))
         return {"zoom": (zoom * (1 - off), zoom * (1 + off))}
 
     @property

@@ -184,9 +184,9 @@ class Evidence:
 
     def simulate(self, effects: Sequence[Effect], blocks: Sequence[int], seed: Seed = FITTING) -> Counts:
         """(blocks, size): what a sensor with ``effects`` shows on those blocks."""
-        return self.simulated(effects, blocks, (seed,))[0]
+        return self.simulate_runs(effects, blocks, (seed,))[0]
 
-    def simulated(self, effects: Sequence[Effect], blocks: Sequence[int], seeds: Sequence[Seed]) -> list[Counts]:
+    def simulate_runs(self, effects: Sequence[Effect], blocks: Sequence[int], seeds: Sequence[Seed]) -> list[Counts]:
         """What :meth:`simulate` finds by each of some seeds, all side by side."""
         ordered = acting(effects)
 

@@ -2,17 +2,13 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from depthsim.gap.config import DepthData
 from depthsim.gap.depth.data.doubling import SMALLEST, find_doubling
 from depthsim.runs.folder import Run
+from depthsim.sensor.effect import parameters_of
+from depthsim.sensor.effects.align import AlignToColor, zoom_accuracy
 
 _FRAMES = 16
-_MOST = 3
-"""The largest zoom that an alignment has."""
-_SURE = 0.7
-"""[px] Over the picture's size: how well doubled rows show the zoom."""
 
 
 def with_left_imager(run: Run, limit: DepthData = DepthData()) -> Run:  # noqa: B008 - frozen
@@ -24,11 +20,10 @@ def with_left_imager(run: Run, limit: DepthData = DepthData()) -> Run:  # noqa: 
     camera = run.camera
     if not camera.aligned or camera.depth is not None or min(camera.shape) <= SMALLEST:
         return run
-    frames = np.unique(np.linspace(0, len(run) - 1, _FRAMES).round().astype(int))
-    doubled = find_doubling((run.depth_raw(int(i)) for i in frames), limit)
-    usual = camera.left
-    sure = _SURE / np.sqrt(camera.width * camera.height)
-    if doubled is None or doubled[0] > _MOST or abs(doubled[0] * usual.fy / camera.fy - 1) < sure:
+    doubled = find_doubling(map(run.depth_raw, run.spread(_FRAMES)), limit)
+    usual, most = camera.left, parameters_of(AlignToColor)["zoom"].high
+    sure = zoom_accuracy(camera.width, camera.height)
+    if doubled is None or doubled[0] > most or abs(doubled[0] * usual.fy / camera.fy - 1) < sure:
         return run
     focal = float(camera.fy / doubled[0])
     own = {name: getattr(usual, name) for name in ("width", "height", "cx", "cy")} | {"fx": focal, "fy": focal}

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.histograms import ERROR
 from depthsim.gap.depth.fit.changes import Effects, holes_along, holes_made, pixels_along
-from depthsim.gap.depth.fit.optimize import Model
+from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.search import Search, is_anywhere
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import effect_class
@@ -18,8 +18,9 @@ GROWING = ("range", "incidence")
 """The axes along which holes begin somewhere."""
 
 
-def beneath(search: Search, model: Model, gap: float) -> Model:
-    """``model``, or with a cause of holes anywhere beside one whose holes grow. gap: what it leaves, held out."""
+def beneath(search: Search, found: Trial) -> Trial:
+    """What is found, or with a cause of holes anywhere beside one whose holes grow."""
+    model = found.model
     there = {part.effect for part in model.parts}
     anywhere = [c for c in search.bank if c.effect not in there and is_anywhere(c.effect) and not c.in_place]
     for number, part in enumerate(model.parts):
@@ -36,10 +37,10 @@ def beneath(search: Search, model: Model, gap: float) -> Model:
         both = search.validated(search.fit(begun, 4, elsewhere=True))
         under_alone = both.model.less(len(both.model.parts) - 1).build(search.base)
         still = lies_beneath(search.validator, effect.axes[0], under_alone, both.model.build(search.base))
-        if both.gap < gap and not still:
+        if both.gap < found.gap and not still:
             search.say(f"{anywhere[0].effect} beneath {part.effect}")
-            return both.model
-    return model
+            return both
+    return found
 
 
 def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effects) -> bool:

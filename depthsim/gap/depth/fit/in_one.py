@@ -14,32 +14,31 @@ from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.ties import surely_worse
 
 
-def in_one(search: Search, model: Model, gap: float) -> Model:
-    """``model``, or with fewer causes that do as well on the frames held out. gap: what it leaves there."""
+def biases_in_one(search: Search, found: Trial) -> Trial:
+    """What is found, or one pattern in place of all its biases, where that does as well on the frames held out."""
+    model = found.model
     biases = [k for k, one in enumerate(model.effects) if one.kinds[0] == "bias"]
     named = {model.parts[k].effect for k in biases}
     wholes = (one for one in search.bank if one.in_place and one.effect in named and one not in model.parts)
     whole = next(wholes, None)
     if whole is None or len(biases) == 1:
-        return model
+        return found
     others = model
     for number in reversed(biases):
         others = others.less(number)
     begun = search.begin(whole, others.build(search.base))
     trial = search.validated(search.fit(others.plus(begun) if others.parts else begun, 3))
     fewer, more = (one.build(search.base) for one in (trial.model, model))
-    as_well = trial.gap - gap < search.config.select.tied * search.whole
+    as_well = trial.gap - found.gap < search.config.select.tied * search.whole
     if not as_well or surely_worse(search.validator, fewer, more):
-        return model
+        return found
     search.say(f"{whole.effect} alone does as well")
-    return trial.model
+    return trial
 
 
-def in_other_form(search: Search, model: Model, gap: float) -> Model:
-    """``model``, or with one of its noises in another form, without another one, where that leaves hardly more.
-
-    gap: what ``model`` leaves on the frames held out.
-    """
+def noises_in_one(search: Search, found: Trial) -> Trial:
+    """What is found, or one of its noises in another form without another noise, where that leaves hardly more."""
+    model = found.model
     noises = [number for number, one in enumerate(model.effects) if one.kinds[0] == "spread"]
     others = [(model.parts[k], model.less(max(k, n)).less(min(k, n))) for k, n in permutations(noises, 2)]
 
@@ -47,19 +46,12 @@ def in_other_form(search: Search, model: Model, gap: float) -> Model:
         begun = search.begin(form, less.build(search.base))
         return search.validated(search.fit(less.plus(begun) if less.parts else begun, 4))
 
-    trials = search.evidence.side_by_side(
-        lambda tried: with_form(*tried),
-        [
-            (less, form)
-            for part, less in others
-            for form in search.bank
-            if (form.effect, form.replaces) == (part.effect, part.replaces) and form != part and not form.in_place
-        ],
-    )
-    enough = gap + search.config.significance.faint * search.floor
+    tried = [(less, form) for part, less in others for form in search.other_forms(part)]
+    enough = found.gap + search.config.significance.faint * search.floor
+    trials = search.evidence.side_by_side(lambda one: with_form(*one), tried)
     best = min((trial for trial in trials if trial.gap < enough), key=lambda trial: trial.gap, default=None)
     if best is None:
-        return model
+        return found
     gone = {part.effect for part in model.parts} - {part.effect for part in best.model.parts}
     search.say(f"{best.newest.effect} in another form, without {' and '.join(gone)}")
-    return best.model
+    return best

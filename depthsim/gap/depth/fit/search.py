@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from depthsim.gap.depth.fit.rules import is_idle, shows_itself
 from depthsim.gap.selection import plainest
 from depthsim.sensor.effect import Effect, Stage, effect_class
 
+S = TypeVar("S")
+T = TypeVar("T")
 GONE = 11.5
 """A hundredth of what it was, as fits vary logarithms."""
 
@@ -127,11 +130,7 @@ class Search(Fitting):
                 whole = min(whole, self._fit(begin, 3, polished_below=0)[0], key=lambda fitted: fitted.loss)
             return whole
 
-        begun: list[Model] = []
-        fitted = self.evidence.side_by_side(whole_of, leaders)
-        for model in leaders:
-            self.say(f"fitting {model.parts[-1].effect}")
-            begun.append(next(fitted))
+        begun = list(self._told(whole_of, leaders, [f"fitting {model.parts[-1].effect}" for model in leaders]))
         _, target, roots = self._on(self.evidence.train)
         without = loss(target, roots(tuple(before)))
         least = min((whole.loss for whole in begun), default=np.inf)
@@ -202,12 +201,16 @@ class Search(Fitting):
         first = {name for _, along in first_axes(self.validator, base) for name in along}
         if not self.is_flexible(newest) and not first & set(effect_class(newest.effect).axes[:1]):
             return None
-        alike = [c for c in self.bank if c.effect == newest.effect and c.replaces == newest.replaces and c != newest]
-        begun = (self.begin(candidate, base, roughly=True) for candidate in alike)
+        begun = (self.begin(candidate, base, roughly=True) for candidate in self.other_forms(newest, in_place=True))
         tried = (self.fit_roughly(so_far.plus(one) if so_far else one, 2) for one in begun)
         best = min(tried, key=lambda model: model.loss, default=None)
         other = self.validated(self.fit(best, 4)) if best else trial
         return other if other.gap < trial.gap else None
+
+    def other_forms(self, of: Candidate, *, in_place: bool = False) -> list[Candidate]:
+        """The other forms of an effect. in_place: also those that are tried only in place of another form."""
+        alike = [one for one in self.bank if (one.effect, one.replaces) == (of.effect, of.replaces) and one != of]
+        return [one for one in alike if in_place or not one.in_place]
 
     def _leading(self, screened: Sequence[Model], base: Sequence[Effect]) -> list[Model]:
         """The leaders, of which not all make one kind of error, and whatever may make the recording's steps. Two forms
@@ -307,6 +310,13 @@ class Search(Fitting):
             if is_open and (everywhere or _is_known_by(candidate.effect, first)):
                 yield candidate
 
+    def _told(self, work: Callable[[S], T], items: Sequence[S], words: Sequence[str]) -> Iterator[T]:
+        """The results of ``work`` on each item, side by side; what is waited for is said."""
+        results = self.evidence.side_by_side(work, items)
+        for said in words:
+            self.say(said)
+            yield next(results)
+
     def _screen(self, so_far: Model | None, is_out: Callable[[str], bool]) -> list[Model]:
         """The bank on top of ``so_far``, best first, after a first look; of each effect its best form.
 
@@ -321,18 +331,18 @@ class Search(Fitting):
             for k, c in enumerate(self.bank)
             if not (c.in_place or c.effect in taken or c.replaces & taken or is_out(c.effect))
         ]
-        here, begun = roots(base), {}
-        side_by_side = self.evidence.side_by_side
-        starts = side_by_side(lambda number: start(self.bank[number], base, here, target, roots), open_to)
-        for number in open_to:
-            self.say(f"looking at {self.bank[number].effect}, {number + 1} of {len(self.bank)}")
-            begun[number] = next(starts)
+        here, many = roots(base), len(self.bank)
+        looking = [f"looking at {self.bank[k].effect}, {k + 1} of {many}" for k in open_to]
+        starts = self._told(lambda k: start(self.bank[k], base, here, target, roots), open_to, looking)
+        begun = dict(zip(open_to, starts, strict=True))
         most = self.config.fit.looked_at if so_far is None else self.config.fit.looked_at_again
         first = first_axes(self.validator, base)
         known = [k for k in open_to if _is_known_by(self.bank[k].effect, first)]  # however far off they begin
         open_to = sorted({*worth_a_look({k: begun[k][1] for k in open_to}, most), *known})
         best: dict[tuple[str, bool, str], Model] = {}
-        refined = side_by_side(lambda k: refine(begun[k][0], base, target, roots, self.config.fit, 1), open_to)
+        refined = self.evidence.side_by_side(
+            lambda k: refine(begun[k][0], base, target, roots, self.config.fit, 1), open_to
+        )
         for number, model in zip(open_to, refined, strict=True):
             candidate = self.bank[number]
             form = repr(candidate.fixed) if effect_class(candidate.effect).exact else ""

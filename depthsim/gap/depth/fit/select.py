@@ -18,7 +18,7 @@ from depthsim.gap.depth.fit.confirm import confirmed
 from depthsim.gap.depth.fit.finer import with_pattern_beside_biases
 from depthsim.gap.depth.fit.fitting import Say, Trial
 from depthsim.gap.depth.fit.grow import grow
-from depthsim.gap.depth.fit.in_one import in_one, in_other_form
+from depthsim.gap.depth.fit.in_one import biases_in_one, noises_in_one
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import GONE, Search, is_filling
@@ -55,9 +55,8 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
         chain = _better(search, chain, _chain(search, score, other, chain.named))
     if chain.model is None:
         return Selection(Model((), np.empty(0)), {}, chain.nearest, tuple(chain.looked))
-    for as_one in (in_other_form, in_one):
-        chain.model = as_one(search, chain.model, chain.gap)
-    chain.model = beneath(search, chain.model, chain.gap)
+    found = biases_in_one(search, noises_in_one(search, Trial(chain.model, chain.gap)))
+    chain.model = beneath(search, found).model
     say("refining the parameters")
     model = search.refined(chain.model)
     ties = {cause: equals for cause, equals in chain.ties.items() if cause in chain.named}

@@ -75,7 +75,7 @@ class Validator:
         known = self._runs.get(key, [])
         seeds = [judging(run) for run in range(len(known), count)]
         # A list of its own, as another thread may be at the same sensor.
-        known = [*known, *self.evidence.simulated(effects, self.blocks, seeds)]
+        known = [*known, *self.evidence.simulate_runs(effects, self.blocks, seeds)]
         with self._lock:
             self._runs.pop(key, None)
             self._runs[key] = known
