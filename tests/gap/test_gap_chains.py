@@ -306,28 +306,31 @@ def test_another_beginning_is_tried_where_it_comes_near(
 
 
 @pytest.mark.parametrize(
-    ("alone", "both", "along", "left", "named"),
+    ("alone", "both", "along", "left", "other", "named"),
     [
-        (0.5, 0.1, "image_radius", 0.0, True),
-        (0.15, 0.1, "image_radius", 0.0, False),
-        (0.15, 0.1, "range", 0.0, True),
-        (None, 0.1, "range", 0.05, True),
-        (None, 0.1, "range", 0.2, False),
-        (None, 0.9, "range", 0.0, False),
+        (0.5, 0.1, "image_radius", 0.0, "disparity_offset", True),
+        (0.15, 0.1, "image_radius", 0.0, "disparity_offset", False),
+        (0.15, 0.1, "range", 0.0, "disparity_offset", True),
+        (None, 0.1, "range", 0.05, "disparity_offset", True),
+        (None, 0.1, "range", 0.2, "disparity_offset", False),
+        (None, 0.9, "range", 0.0, "disparity_offset", False),
+        (None, 0.1, "time", 0.05, "thermal_drift", True),
+        (None, 0.1, "time", 0.2, "thermal_drift", False),
+        (None, 0.1, "range", 0.05, "thermal_drift", False),
     ],
 )
 def test_what_cancels_is_tried_as_one(
-    monkeypatch: pytest.MonkeyPatch, alone: float | None, both: float, along: str, left: float, named: bool
+    monkeypatch: pytest.MonkeyPatch, alone: float | None, both: float, along: str, left: float, other: str, named: bool
 ) -> None:
     """Where what closes most by itself does not do nearly as well, or does not act where the gap lies, and the two are
-    the recording's law of the range."""
+    the recording's law of the range, or of the time if biases change with that."""
     monkeypatch.setattr(hiding, "first_axes", lambda validator, effects: [("bias", {along})])
     monkeypatch.setattr(Model, "build", lambda model, base: ())
-    search = FakeSearch(baseline_scale_disparity_offset=both)
-    search.bank = model("baseline_scale", "lens_distortion", "disparity_offset").parts  # type: ignore[attr-defined]
+    search = FakeSearch(**{f"baseline_scale_{other}": both})
+    search.bank = model("baseline_scale", "lens_distortion", other).parts  # type: ignore[attr-defined]
     search.begin = lambda one, base: Model((one,), np.empty(0))  # type: ignore[attr-defined]
     search.disagreement = lambda of, number, *, alone: None  # type: ignore[attr-defined]
-    search.left_by_range = lambda of: left  # type: ignore[attr-defined]
+    search.left_of_biases = lambda of, axis: left if axis == along else 0.0  # type: ignore[attr-defined]
     begun = Chain(DepthSelect(), SCORE, 1.0)
     first = None if alone is None else Trial(model("lens_distortion"), alone)
     found = hiding.cancelling(cast("Search", search), begun, first)

@@ -16,25 +16,35 @@ from depthsim.sensor.effect import Effect, effect_class
 
 
 def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | None:
-    """Two first causes that are known by the range alone, and cancel where most is seen, so that neither closes much.
+    """Two first causes that are known by the range or the time alone, and cancel where most is seen, so that neither
+    closes much.
 
-    Such as an offset of the disparities beside a scale, which a calibration at one range leaves. None where ``alone``
-    does nearly as well, or as well if it acts along none of the axes on which the gap lies first, or where the two
-    leave some of how biases change along the range: they come near to any law, such as one with a knee.
+    Such as an offset of the disparities beside a scale, which a calibration at one range leaves, or a scale that drifts
+    beside one that is wrong from the beginning, as of a camera that was calibrated warm. None where ``alone`` does
+    nearly as well, or as well if it acts along none of the axes on which the gap lies first, or where the two leave
+    some of how biases change along their axes: they come near to any law, such as one with a knee.
     """
     limit, whole = search.config.select, search.whole
-    least = limit.first * whole
+    least, first = limit.first * whole, first_axes(search.validator, search.base)
     if alone is not None:
-        along = {name for _, names in first_axes(search.validator, search.base) for name in names}
+        along = {name for _, names in first for name in names}
         acts = along & set(effect_class(alone.newest.effect).axes)
         least = chain.gap - alone.gap + (limit.near if acts else limit.tied) * whole
     if least >= whole:
         return None
-    biases = _first_of_each(search, chain, lambda effect: (effect.kinds, effect.axes) == (("bias",), ("range",)))
-    for first, second in combinations(biases, 2):
-        begun = search.begin(first, search.base)
-        both = search.validated(search.fit(begun.plus(search.begin(second, begun.build(search.base))), 4))
-        if chain.gap - both.gap < least or search.left_by_range(both.model) > search.config.agreement.near_floor:
+    drifts = any(kind == "bias" and "time" in names for kind, names in first)
+    known_by = ("range", "time") if drifts else ("range",)
+    biases = _first_of_each(
+        search,
+        chain,
+        lambda effect: effect.kinds == ("bias",) and "range" in effect.axes and {*effect.axes} <= {*known_by},
+    )
+    for pair in combinations(biases, 2):
+        begun = search.begin(pair[0], search.base)
+        both = search.validated(search.fit(begun.plus(search.begin(pair[1], begun.build(search.base))), 4))
+        axes = {effect.axes[0] for effect in both.model.effects}
+        left = max(search.left_of_biases(both.model, axis) for axis in axes)
+        if chain.gap - both.gap < least or left > search.config.agreement.near_floor:
             continue
         if not any(search.disagreement(both.model, k, alone=True) for k in (0, 1)):
             return both

@@ -69,9 +69,9 @@ class Search(Fitting):
             holes_lie_apart(self.validator, effect.axes[0], less.less(k).build(self.base), before, after) for k in alike
         )
 
-    def left_by_range(self, model: Model) -> float:
-        """Share that a model leaves of how biases change along the range."""
-        return left_of_change(self.validator, "range", "bias", self.base, model.build(self.base))
+    def left_of_biases(self, model: Model, axis: str) -> float:
+        """Share that a model leaves of how biases change along an axis."""
+        return left_of_change(self.validator, axis, "bias", self.base, model.build(self.base))
 
     def makes_steps(self, model: Model) -> bool:
         """Whether the newest part of a model puts the disparities on the recording's steps."""
