@@ -93,6 +93,9 @@ class DepthFit(Section):
     louder: float = _value(5.0, "changes that matter, by which a noise is larger where a fit of its correlation begins")
     far_behind: float = _value(2.0, "times the least loss: a candidate above it after two rounds is fitted no further")
     behind: float = _value(1.25, "the same, above which no other minima are looked for beside the one it is in")
+    same_minimum: float = _value(
+        0.01, "of the loss: a fit from elsewhere that ends so near has come to the same minimum"
+    )
     trial: float = _value(0.25, "of a change that matters, by which a parameter is moved to find its slope")
     longest_step: float = _value(4.0, "changes that matter, by which a parameter moves at once")
     least_gain: float = _value(0.004, "of the loss: a round that takes off no more is the last")

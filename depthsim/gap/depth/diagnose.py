@@ -148,10 +148,10 @@ def investigate(
         odometry.begin(given.base, max(given.threads // 2, 1))  # on what the search leaves idle
         found = _found(given, profile, without, say)
         say("measuring what the gap costs")
-        costs = tasks_of(found)
         if found.diagnosis.causes:
             odometry.begin(found.fixed.effects, given.threads)
         odometry.hasten(given.threads)
+        costs = tasks_of(found)
         meanwhile(found)
         say("running odometry on the recording and on its simulations")
         costs += odometry.tasks()

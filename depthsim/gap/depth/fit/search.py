@@ -126,8 +126,12 @@ class Search(Fitting):
 
         def whole_of(model: Model) -> Model:
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished_below=0)
-            for begin in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
-                whole = min(whole, self._fit(begin, 3, polished_below=0)[0], key=lambda fitted: fitted.loss)
+            for begun in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
+                for begin in begun:
+                    other, before = self._fit(begin, 3, polished_below=0)[0], whole.loss
+                    whole = min(whole, other, key=lambda fitted: fitted.loss)
+                    if abs(other.loss - before) < self.config.fit.same_minimum * before:
+                        break
             return whole
 
         begun = list(self._told(whole_of, leaders, [f"fitting {model.parts[-1].effect}" for model in leaders]))
@@ -249,9 +253,10 @@ class Search(Fitting):
 
     def _otherwise(
         self, so_far: Model, model: Model, earlier: Sequence[Trial], trusted: Sequence[str]
-    ) -> Iterator[Model]:
-        """Where else to begin with ``model`` on top of ``so_far``."""
-        yield from self._afresh(so_far, model, earlier, trusted)
+    ) -> Iterator[Iterator[Model]]:
+        """Where else to begin with ``model`` on top of ``so_far``; of those that go together the others are not tried
+        where one comes to what is known already."""
+        yield self._afresh(so_far, model, earlier, trusted)
         newest = model.parts[-1]
         for number, part in enumerate(so_far.parts):
             # What the errors of a pattern or of steps hide of the noise, a correlation of it cannot be fitted to.
@@ -259,10 +264,10 @@ class Search(Fitting):
                 xs = so_far.split(so_far.x)
                 xs[number] = xs[number] + self.config.fit.louder * np.eye(1, len(part.free))[0]
                 louder = Model(so_far.parts, np.concatenate(xs))
-                yield louder.plus(self.begin(newest, louder.build(self.base)))
+                yield iter((louder.plus(self.begin(newest, louder.build(self.base))),))
             # How far holes are filled is seen where there are large ones, and these may be another cause's.
             if is_filling(part.effect) and effect_class(newest.effect).kinds[0] == "missing":
-                yield self.begin_together(so_far, number, newest)
+                yield iter((self.begin_together(so_far, number, newest),))
 
     def begin_together(self, so_far: Model, number: int, newest: Candidate) -> Model:
         """``newest`` on top of ``so_far``, of which a part begins where both together are nearest to the recording."""
