@@ -13,7 +13,7 @@ from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.fit import in_one as module
 from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
 from depthsim.gap.depth.fit.fitting import Trial
-from depthsim.gap.depth.fit.in_one import biases_in_one, noises_in_one
+from depthsim.gap.depth.fit.in_one import biases_in_one, law_in_place, noises_in_one
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.validate import Validator
@@ -88,3 +88,23 @@ def test_noise_in_another_form_needs_no_other_beside_it(in_proportion: bool, tmp
         assert other.model.parameters(0)["gain"] == pytest.approx(2.0, abs=0.2)
     else:
         assert other is both
+
+
+@pytest.mark.parametrize("replaced", [True, False])
+def test_a_law_that_was_added_to_the_simulators_takes_its_place(replaced: bool, tmp_path: Path) -> None:
+    """Where it does, and not where both are there."""
+    scene, camera, paper = load_scene("office"), preset("d435", 160, 90), load_profile("paper")
+    law = effect_class("disparity_noise")(sigma=0.06)
+    effects = (*(one for one in paper.effects if not (replaced and one.law)), law)
+    sensor = paper.model_copy(update={"effects": effects})
+    generate(scene, load_trajectory("tour", scene, 10.0, 12), camera, sensor, tmp_path / "run", seed=3, threads=1)
+    evidence, _ = load_evidence(tmp_path / "run", scene, "paper", threads=1)
+    bank = [one for one in candidates(evidence.base, setting_of(evidence)) if one.effect == law.id]
+    search = Search(evidence, Validator(evidence, evidence.held_out), bank, evidence.base, lambda _: None)
+    found = {}
+    for way in bank:
+        found[bool(way.replaces)] = search.validated(search.fit(search.begin(way, evidence.base), 4))
+    for begun in found.values():
+        assert bool(law_in_place(search, begun).newest.replaces) == replaced
+    sigma = law_in_place(search, found[not replaced]).model.parameters(0)["sigma"]
+    assert sigma == pytest.approx(0.06, rel=0.1)

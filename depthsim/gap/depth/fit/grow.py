@@ -7,6 +7,7 @@ import numpy as np
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.hiding import beneath_a_filter, cancelling
+from depthsim.gap.depth.fit.in_one import law_in_place
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, is_filling
 from depthsim.gap.selection import closes_enough
@@ -41,6 +42,8 @@ def grow(search: Search, chain: Chain) -> None:
         chain.model, chain.gap = selected.model, selected.gap
         if len(chain.model.parts) > 1:
             _prune(search, chain)
+            whole = law_in_place(search, Trial(chain.model, chain.gap))
+            chain.model, chain.gap = whole.model, whole.gap
         chain.score = search.validator.score(chain.model.build(search.base))
 
 

@@ -2,7 +2,8 @@
 
 A pattern with all that the biases beside it explain, such as an offset of the disparities for a pattern whose mean is
 not 0, or a turned mount for one that is a ramp. A noise in another form, beside which another noise was for what the
-one form leaves, such as that of each material for one that grows to the corners in proportion to what is there.
+one form leaves, such as that of each material for one that grows to the corners in proportion to what is there. Or a
+law of the noise in place of the simulator's own, to which it was added before the other causes were there.
 """
 
 from itertools import permutations
@@ -34,6 +35,22 @@ def biases_in_one(search: Search, found: Trial) -> Trial:
         return found
     search.say(f"{whole.effect} alone does as well")
     return trial
+
+
+def law_in_place(search: Search, found: Trial) -> Trial:
+    """What is found, or a law of the noise in place of the simulator's own, to which it was added, or the other way
+    round, where that surely leaves less."""
+    for number, part in enumerate(found.model.parts):
+        less = found.model.less(number)
+        ways = [one for one in search.bank if one.effect == part.effect and not one.in_place]
+        for way in (one for one in ways if one.replaces != part.replaces):
+            begun = search.begin(way, less.build(search.base))
+            trial = search.validated(search.fit(less.plus(begun) if less.parts else begun, 4))
+            one, other = (model.build(search.base) for model in (found.model, trial.model))
+            if trial.gap < found.gap and surely_worse(search.validator, one, other):
+                search.say(f"{part.effect} {'in place of' if way.replaces else 'beside'} the simulator's law")
+                return trial
+    return found
 
 
 def noises_in_one(search: Search, found: Trial) -> Trial:
