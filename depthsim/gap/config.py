@@ -99,7 +99,7 @@ class DepthFit(Section):
     trial: float = _value(0.25, "of a change that matters, by which a parameter is moved to find its slope")
     longest_step: float = _value(4.0, "changes that matter, by which a parameter moves at once")
     least_gain: float = _value(0.004, "of the loss: a round that takes off no more is the last")
-    refined_rounds: int = _count(6, "in which the selected causes are refined at the end")
+    refined_rounds: int = _count(24, "at most in which the selected causes are refined at the end")
     refined_gain: float = _value(1e-4, "of the loss: the same for these rounds")
     calibrated: float = _value(
         1.0, "[px] that a camera is off by at most, as long as it is calibrated: so much is its fixed pattern's"
