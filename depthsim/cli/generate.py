@@ -65,7 +65,7 @@ def generate(
     model = None
     if like:
         model = Run.open(like)
-        if model.camera.aligned:
+        if model.camera.aligned:  # else the diagnosis need not be loaded
             from depthsim.gap.depth.data.left_imager import with_left_imager
 
             model = with_left_imager(model)

@@ -33,12 +33,12 @@ def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | Non
     if least >= whole:
         return None
     drifts = any(kind == "bias" and "time" in names for kind, names in first)
-    known_by = ("range", "time") if drifts else ("range",)
-    biases = _first_of_each(
-        search,
-        chain,
-        lambda effect: effect.kinds == ("bias",) and "range" in effect.axes and {*effect.axes} <= {*known_by},
-    )
+    known_by = {"range", "time"} if drifts else {"range"}
+
+    def may_cancel(effect: type[Effect]) -> bool:
+        return effect.kinds == ("bias",) and "range" in effect.axes and known_by.issuperset(effect.axes)
+
+    biases = _first_of_each(search, chain, may_cancel)
     for pair in combinations(biases, 2):
         begun = search.begin(pair[0], search.base)
         both = search.validated(search.fit(begun.plus(search.begin(pair[1], begun.build(search.base))), 4))

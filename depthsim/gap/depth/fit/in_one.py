@@ -27,8 +27,7 @@ def biases_in_one(search: Search, found: Trial) -> Trial:
     others = model
     for number in reversed(biases):
         others = others.less(number)
-    begun = search.begin(whole, others.build(search.base))
-    trial = search.validated(search.fit(others.plus(begun) if others.parts else begun, 3))
+    trial = _with(search, others, whole, 3)
     fewer, more = (one.build(search.base) for one in (trial.model, model))
     as_well = trial.gap - found.gap < search.config.select.tied * search.whole
     if not as_well or surely_worse(search.validator, fewer, more):
@@ -42,10 +41,10 @@ def law_in_place(search: Search, found: Trial) -> Trial:
     round, where that surely leaves less."""
     for number, part in enumerate(found.model.parts):
         less = found.model.less(number)
-        ways = [one for one in search.bank if one.effect == part.effect and not one.in_place]
-        for way in (one for one in ways if one.replaces != part.replaces):
-            begun = search.begin(way, less.build(search.base))
-            trial = search.validated(search.fit(less.plus(begun) if less.parts else begun, 4))
+        for way in search.bank:
+            if way.in_place or way.effect != part.effect or way.replaces == part.replaces:
+                continue
+            trial = _with(search, less, way, 4)
             one, other = (model.build(search.base) for model in (found.model, trial.model))
             if trial.gap < found.gap and surely_worse(search.validator, one, other):
                 search.say(f"{part.effect} {'in place of' if way.replaces else 'beside'} the simulator's law")
@@ -58,17 +57,17 @@ def noises_in_one(search: Search, found: Trial) -> Trial:
     model = found.model
     noises = [number for number, one in enumerate(model.effects) if one.kinds[0] == "spread"]
     others = [(model.parts[k], model.less(max(k, n)).less(min(k, n))) for k, n in permutations(noises, 2)]
-
-    def with_form(less: Model, form: Candidate) -> Trial:
-        begun = search.begin(form, less.build(search.base))
-        return search.validated(search.fit(less.plus(begun) if less.parts else begun, 4))
-
     tried = [(less, form) for part, less in others for form in search.other_forms(part)]
     enough = found.gap + search.config.significance.faint * search.floor
-    trials = search.evidence.side_by_side(lambda one: with_form(*one), tried)
+    trials = search.evidence.side_by_side(lambda one: _with(search, *one, 4), tried)
     best = min((trial for trial in trials if trial.gap < enough), key=lambda trial: trial.gap, default=None)
     if best is None:
         return found
     gone = {part.effect for part in model.parts} - {part.effect for part in best.model.parts}
     search.say(f"{best.newest.effect} in another form, without {' and '.join(gone)}")
     return best
+
+
+def _with(search: Search, model: Model, candidate: Candidate, rounds: int) -> Trial:
+    """A model with a candidate on top of it, fitted together."""
+    return search.validated(search.fit(model.plus(search.begin(candidate, model.build(search.base))), rounds))

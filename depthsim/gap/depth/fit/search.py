@@ -1,6 +1,6 @@
 """The bank of effects tried on top of the causes found so far: all in a first look, the leaders in full."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -253,7 +253,7 @@ class Search(Fitting):
 
     def _otherwise(
         self, so_far: Model, model: Model, earlier: Sequence[Trial], trusted: Sequence[str]
-    ) -> Iterator[Iterator[Model]]:
+    ) -> Iterator[Iterable[Model]]:
         """Where else to begin with ``model`` on top of ``so_far``; of those that go together the others are not tried
         where one comes to what is known already."""
         yield self._afresh(so_far, model, earlier, trusted)
@@ -264,10 +264,10 @@ class Search(Fitting):
                 xs = so_far.split(so_far.x)
                 xs[number] = xs[number] + self.config.fit.louder * np.eye(1, len(part.free))[0]
                 louder = Model(so_far.parts, np.concatenate(xs))
-                yield iter((louder.plus(self.begin(newest, louder.build(self.base))),))
+                yield (louder.plus(self.begin(newest, louder.build(self.base))),)
             # How far holes are filled is seen where there are large ones, and these may be another cause's.
             if is_filling(part.effect) and effect_class(newest.effect).kinds[0] == "missing":
-                yield iter((self.begin_together(so_far, number, newest),))
+                yield (self.begin_together(so_far, number, newest),)
 
     def begin_together(self, so_far: Model, number: int, newest: Candidate) -> Model:
         """``newest`` on top of ``so_far``, of which a part begins where both together are nearest to the recording."""
