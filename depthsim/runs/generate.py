@@ -3,7 +3,7 @@
 import logging
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -206,8 +206,8 @@ def _write_frames(
     done = total - len(missing)
     pool = ThreadPoolExecutor(threads)
     try:
-        for job in as_completed([pool.submit(make, index) for index in missing]):
-            job.result()
+        # In order: `as_completed` locks every job at once, and a Ctrl-C while it does so leaves them locked for good.
+        for _ in pool.map(make, missing):
             done += 1
             progress(done, total)
     finally:
