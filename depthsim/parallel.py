@@ -7,8 +7,9 @@ threads, because a kernel only ever writes the pixels of the range that it was g
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from queue import SimpleQueue
 
 
 def core_count() -> int:
@@ -30,13 +31,26 @@ def run_threads(work: Callable[[int], None], threads: int) -> None:
     """Call ``work(0)`` to ``work(threads - 1)`` at the same time; the caller's own thread does the first."""
     if threads == 1:
         return work(0)
-    others = [_pool().submit(work, index) for index in range(1, threads)]
+    # A queue in C, not futures: Ctrl-C between a future's lock and its release would leave that lock held for ever.
+    ended: SimpleQueue[tuple[int, BaseException | None]] = SimpleQueue()
+
+    def told(index: int) -> None:
+        error = None
+        try:
+            work(index)
+        except BaseException as raised:
+            error = raised
+        ended.put((index, error))
+
+    for index in range(1, threads):
+        _pool().submit(told, index)
     try:
         work(0)
     finally:
-        wait(others)  # whatever happens here, nobody goes on writing into the caller's arrays
-    for other in others:
-        other.result()
+        outcomes = dict(ended.get() for _ in range(1, threads))  # nobody goes on writing into the caller's arrays
+    for index in range(1, threads):
+        if (error := outcomes[index]) is not None:
+            raise error
 
 
 def split(kernel: Callable[..., None], size: int, threads: int, *arguments: object, multiple: int = 1) -> None:
