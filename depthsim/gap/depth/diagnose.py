@@ -7,41 +7,29 @@ where            the axes along which it lies, before and after; what lies there
 what it costs    the figures that a robot's software sees, of the recording and of the simulator before and after
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from depthsim.gap.config import DepthConfig
-from depthsim.gap.depth.data.divergence import MEASURE, UNIT
+from depthsim.gap.depth.compared import Compared, gap_of, how_far
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.load import load_evidence, notes_of
-from depthsim.gap.depth.data.pose_errors import PoseErrors
+from depthsim.gap.depth.explain import explain
 from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit import withdraw
-from depthsim.gap.depth.fit.alignment import select_aligned
-from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
-from depthsim.gap.depth.fit.finer import with_fine_pattern
 from depthsim.gap.depth.fit.marks import is_carried, waves_beside
-from depthsim.gap.depth.fit.pattern import learn_pattern
-from depthsim.gap.depth.fit.poses import (
-    explained_as_given,
-    is_for_what_lags,
-    matter,
-    no_poses,
-    register_frames,
-)
-from depthsim.gap.depth.fit.select import Selection, select, select_more
-from depthsim.gap.depth.fit.tiles import select_tiled
+from depthsim.gap.depth.fit.poses import no_poses
+from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.unseen import in_words, unseen
-from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
+from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.depth.tasks.measure import tasks_of
 from depthsim.gap.depth.tasks.odometry import Odometry
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
-from depthsim.gap.diagnosis import Diagnosis, Gap, Unexplained
+from depthsim.gap.diagnosis import Diagnosis, Unexplained
 from depthsim.gap.report.folder import check_report_folder
 from depthsim.gap.selection import verdict_of
 from depthsim.materials import Materials
@@ -49,8 +37,6 @@ from depthsim.runs.folder import Run
 from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.effects.align import AlignToColor
-from depthsim.sensor.effects.decimation import Decimation
-from depthsim.sensor.effects.fixed_pattern import FixedPattern
 from depthsim.sensor.effects.pose_noise import PoseNoise
 from depthsim.sensor.profile import Profile
 
@@ -161,129 +147,81 @@ def investigate(
 def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) -> Findings:
     """What is found of a recording and the simulator's profile."""
     config = given.config
-    if given.camera.aligned and any(isinstance(effect, AlignToColor) for effect in given.base):
-        without = (*without, AlignToColor.id)
-    if given.rows < given.camera.height:  # bands of rows are not resampled, and many frames before each cost as much
-        bound = {name for name in effect_ids() if effect_class(name).resizes() or effect_class(name)().looks_back}
-        without = (*without, *sorted(bound))
+    without = (*without, *_never(given))
 
-    # Is there a gap?
     say("measuring the gap")
-    recorded, selecting = _parts(given)
-    before = recorded.score(given.base)
-    if not (before.stands_out(config.significance) or selecting.score(given.base).stands_out(config.significance)):
-        return _no_gap(recorded, profile, before, *_blind(given, without))
+    compared = Compared.of(given)
+    if not compared.differ:
+        return _no_gap(compared, profile, *_blind(given, without))
     say("locating the gap")
-    places = locate(given, recorded.ruler, given.base)
+    places = locate(given, compared.reported.ruler, given.base)
     where = cuts_of(given, given.base, places)
     if given.has_ray_lengths:  # whatever came near to that would be no cause
         without = effect_ids()
 
-    # Are the poses off? All else is looked for on frames that are registered.
-    validator, poses, errors = recorded, None, None
     if PoseNoise.id not in without:
-        say("registering the frames")
-        errors, poses = register_frames(given)
-        if poses is not None:
-            registered = _parts(poses.evidence)
-            lags = partial(is_for_what_lags, given, errors, selecting.blocks, without, say)
-            if not poses.bring_nearer(recorded, registered[0]) or lags():
-                poses = None
-            else:
-                given.forget(given.test)
-                validator, selecting = registered
-    evidence = validator.evidence
+        compared = compared.registered(without, say)
+    compared, selection, poses_are_cause = explain(compared, without, say)
+    before, evidence = compared.before, compared.evidence
 
-    # Which effects explain it?
-    bank = _bank(evidence, without, errors)
-    selection = _which(selecting, bank, without, errors, say)
-    if poses is not None and (as_it_is := explained_as_given(given, selecting, selection, say)) is not None:
-        poses.evidence.forget(())  # most of what is kept in memory
-        (validator, selecting), evidence, poses = _parts(as_it_is), as_it_is, None
-        recorded, bank = validator, _bank(evidence, without, errors)
-        selection = _which(selecting, bank, without, errors, say)
-    found = selection.model.build(evidence.base)
-    centred = evidence.centred(found) if selection.model.parts else None
-    if centred is not None and (finer := with_fine_pattern(selecting, selection, say)) is not selection:
-        selection = finer  # what a smooth pattern leaves of a large one would hide as much
-        found = selection.model.build(evidence.base)
-        centred = evidence.centred(found, however_small=True)
-    drawn = validator  # as it is: errors are told from the scene's depth
-    if centred is not None:
-        say("looking behind the biases")
-        own = _parts(centred)
-        if more := select_more(own[1], bank, selection, say):
-            selection = more
-            # Before and after are measured from the same depth, also where the frames were registered between.
-            if recorded is validator:
-                recorded = own[0]
-            elif moved := given.centred(found, however_small=True):
-                recorded = Validator(moved, given.test)
-            before = recorded.score(recorded.evidence.base)
-            (validator, selecting), evidence = own, centred
-    if validator is not selecting:
-        selection = withdraw.unsupported(validator, selecting, selection)
-    selection = withdraw.cancelling(selecting, selection)
-    selection = withdraw.left_by_biases(selecting, selection)
-    selection = with_fine_pattern(selecting, selection, say)
-    is_cause = poses is not None and not poses.are_as_held and matter(recorded, validator, selection)
-    if poses is not None:
-        selection = withdraw.left_by_poses(poses.errors, selecting, selection, before.above if is_cause else 0.0)
-    if is_cause:
-        selection = withdraw.adding_nothing(validator, selecting, selection, recorded)
-        # Where the frames differ so much that all together may close nothing, what closes least is not for the poses.
-        is_cause = _how_far(recorded, validator, selection, before)[1].ci95[0] > 0
-    if not is_cause and recorded is not validator:
-        recorded, before = validator, validator.score(evidence.base)
-    named = bool(selection.model.parts) or is_cause
-    length = waves_beside(validator, selection.model.build(evidence.base))
-    waves = f"the recording's errors come in waves of {length:.3g} px, and no simulated ones" if length else ""
-    carried = _CARRIED if is_carried(validator, selection.model.build(evidence.base)) else ""
-    said = poses.note(is_cause) if poses else "" if named else no_poses(errors)
-    remarks = (
-        *filter(None, (said, waves, carried)),
-        *_blind(evidence, (*without, *(c.effect for c in selection.model.parts))),
-    )
-    if not named and not before.stands_out(config.significance) and poses is not None:
-        return _no_gap(recorded, profile, before, *remarks)
+    named = bool(selection.model.parts) or poses_are_cause
+    remarks = _remarks(compared, selection, poses_are_cause, without)
+    if not named and not before.stands_out(config.significance) and compared.poses is not None:
+        return _no_gap(compared, profile, *remarks)
     if not named and before.above < config.significance.faint * before.floor:
-        return _no_gap(recorded, profile, before, *remarks, _FAINTLY)
+        return _no_gap(compared, profile, *remarks, _FAINTLY)
 
-    # How far do they close it?
-    after, gap = _how_far(recorded, validator, selection, before)
-    if selection.model.parts and not is_cause and not evidence.stands_still:
-        kept = withdraw.acting_elsewhere(validator, selection, before, gap.closed_fraction, where)
+    after, gap = how_far(compared, selection)
+    if selection.model.parts and not poses_are_cause and not evidence.stands_still:
+        kept = withdraw.acting_elsewhere(compared.reported, selection, before, gap.closed_fraction, where)
         if kept.model.parts and gap.ci95[0] <= 0:
-            kept = withdraw.unsure(validator, kept, before)
+            kept = withdraw.unsure(compared.reported, kept, before)
         if kept is not selection:
             selection, named = kept, bool(kept.model.parts)
-            after, gap = _how_far(recorded, validator, selection, before)
+            after, gap = how_far(compared, selection)
 
-    # Where is the rest?
     say("locating what is left")
-    places_after, unexplained = _left(validator, selection, places, after, gap.closed_fraction, named)
+    places_after, unexplained = _left(compared.reported, selection, places, after, gap.closed_fraction, named)
 
-    as_given, errors = (recorded, errors) if is_cause else (None, None)
-    drawn = recorded if is_cause else drawn
+    as_given, errors = (compared.recorded, compared.errors) if poses_are_cause else (None, None)
     diagnosis = Diagnosis(
         verdict=verdict_of(named, unexplained),
         gap=gap,
         where=where,
-        causes=causes_of(validator, selection, before.gap - after.floor, as_given, errors),
+        causes=causes_of(compared.reported, selection, before.gap - after.floor, as_given, errors),
         unexplained=unexplained,
         notes=(*notes_of(evidence), *remarks),
     )
-    fixed = (*selection.model.build(evidence.base), *(() if poses is None else poses.effects(is_cause)))
+    poses = compared.poses
+    fixed = (*selection.model.build(evidence.base), *(() if poses is None else poses.effects(poses_are_cause)))
     return Findings(
-        diagnosis, drawn.evidence, drawn, profile, fixed_profile(profile, fixed), before, after, selection,
-        places, places_after,
+        diagnosis, compared.drawn.evidence, compared.drawn, profile, fixed_profile(profile, fixed), before, after,
+        selection, places, places_after,
     )  # fmt: skip
 
 
-def _parts(evidence: Evidence) -> tuple[Validator, Validator]:
-    """The frames that are reported on, and those that causes are selected on."""
-    reported = Validator(evidence, evidence.test)
-    return reported, Validator(evidence, evidence.held_out) if evidence.in_three else reported
+def _never(given: Evidence) -> Iterator[str]:
+    """Effects that no cause can be in this recording."""
+    if given.camera.aligned and any(isinstance(effect, AlignToColor) for effect in given.base):
+        yield AlignToColor.id
+    if given.rows < given.camera.height:  # bands of rows are not resampled, and many frames before each cost as much
+        yield from sorted(
+            name for name in effect_ids() if effect_class(name).resizes() or effect_class(name)().looks_back
+        )
+
+
+def _remarks(
+    compared: Compared, selection: Selection, poses_are_cause: bool, without: Sequence[str]
+) -> tuple[str, ...]:
+    """What a reader must know beside the causes."""
+    reported, poses = compared.reported, compared.poses
+    effects = selection.model.build(compared.evidence.base)
+    said = poses.note(poses_are_cause) if poses else "" if selection.model.parts else no_poses(compared.errors)
+    length = waves_beside(reported, effects)
+    waves = f"the recording's errors come in waves of {length:.3g} px, and no simulated ones" if length else ""
+    carried = _CARRIED if is_carried(reported, effects) else ""
+    named = (cause.effect for cause in selection.model.parts)
+    return *filter(None, (said, waves, carried)), *_blind(compared.evidence, (*without, *named))
 
 
 def _blind(evidence: Evidence, without: Sequence[str]) -> tuple[str, ...]:
@@ -292,55 +230,13 @@ def _blind(evidence: Evidence, without: Sequence[str]) -> tuple[str, ...]:
     return (in_words(names),) if names else ()
 
 
-def _no_gap(validator: Validator, profile: Profile, before: Score, *notes: str) -> Findings:
+def _no_gap(compared: Compared, profile: Profile, *notes: str) -> Findings:
     """What is found where there is no gap."""
-    gap = _gap(before, before, 0.0, 0.0)
-    notes = (*notes_of(validator.evidence), *notes)
+    seen, before = compared.recorded, compared.before
+    gap = gap_of(before, before)
+    notes = (*notes_of(seen.evidence), *notes)
     diagnosis = Diagnosis(verdict="no_gap", gap=gap, where=(), causes=(), unexplained=None, notes=notes)
-    return Findings(diagnosis, validator.evidence, validator, profile, profile, before, before, None, [], [])
-
-
-def _which(
-    validator: Validator, bank: Sequence[Candidate], without: Sequence[str], errors: PoseErrors | None, say: Say
-) -> Selection:
-    """The effects that explain the gap, of the bank. without: those that are not in it; errors: of the poses."""
-
-    def beside(known: str, resampled: Evidence) -> Selection:
-        less = (*without, known)
-        return _which(_parts(resampled)[1], _bank(resampled, less, errors), less, errors, say)
-
-    evidence = validator.evidence
-    return (
-        select_tiled(evidence, validator, bank, partial(beside, Decimation.id), say)
-        or select_aligned(evidence, validator, bank, partial(beside, AlignToColor.id), say)
-        or select(evidence, validator, bank, say)
-    )
-
-
-def _bank(evidence: Evidence, without: Sequence[str], errors: PoseErrors | None) -> list[Candidate]:
-    """All that may be wrong with the simulator. errors: of the poses."""
-    if not any(isinstance(effect, PoseNoise) for effect in evidence.base):
-        # Registration is the better test of the poses: what it does not find, no fit of their spread may.
-        without = (*without, PoseNoise.id)
-    learned = {}
-    if FixedPattern.id not in without and (patterns := learn_pattern(evidence)):
-        learned[FixedPattern.id] = [pattern.effect().model_dump() for pattern in patterns]
-    return candidates(evidence.base, setting_of(evidence, learned, errors), without, evidence.config.fit)
-
-
-def _how_far(recorded: Validator, validator: Validator, selection: Selection, before: Score) -> tuple[Score, Gap]:
-    """The gap with the causes added: measured again, as before, on frames that nothing was fitted on.
-
-    recorded: the frames as they were, validator: as they are registered; the same where that is no cause.
-    """
-    if not selection.model.parts and recorded is validator:
-        return before, _gap(before, before, 0.0, 0.0)
-    effects = selection.model.build(validator.evidence.base)
-    after = validator.score(effects)
-    whole = before.gap - after.floor
-    closed = (before.gap - after.gap) / whole if whole > 0 else 0.0
-    start = recorded, recorded.evidence.base
-    return after, _gap(before, after, closed, closed_error(start, start, (validator, effects)))
+    return Findings(diagnosis, seen.evidence, seen, profile, profile, before, before, None, [], [])
 
 
 def _left(
@@ -356,15 +252,3 @@ def _left(
     left = locate(evidence, validator.ruler, effects)
     cuts = cuts_of(evidence, effects, left)
     return left, unexplained_by(left, cuts, max(1 - closed, 0.0), selection.nearest)
-
-
-def _gap(before: Score, after: Score, closed: float, half: float) -> Gap:
-    return Gap(
-        measure=MEASURE,
-        unit=UNIT,
-        before=before.gap,
-        after=after.gap,
-        floor=after.floor,
-        closed_fraction=closed,
-        ci95=(closed - half, closed + half),
-    )
