@@ -68,16 +68,6 @@ def bits_float(typing: Any, value: Any) -> Any:
 
 
 @intrinsic
-def count_bits(typing: Any, value: Any) -> Any:
-    """How many bits of a uint64 are set."""
-
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.ctpop(args[0])
-
-    return types.uint64(types.uint64), codegen
-
-
-@intrinsic
 def prefetch(typing: Any, address: Any) -> Any:
     """Ask for what stands at an address, which need not be one of ours; the processor goes on meanwhile."""
 
