@@ -29,6 +29,7 @@ def explain(compared: Compared, without: Sequence[str], say: Say) -> tuple[Compa
     """
     compared, selection = _explained(compared, without, say)
     selection, poses_are_cause = _kept(compared, selection, say)
+    compared.evidence.forget_totals()
     return (compared.from_recorded() if poses_are_cause else compared.from_reported()), selection, poses_are_cause
 
 

@@ -64,10 +64,7 @@ class Evidence(Recording):
         super().__init__(run, scene, caster, base, threads, config)
         self.materials = materials
         self._replay = Replay(self.caster, materials, self.motion)
-        sample = self.each(self._covariates, self._some_frames(10))
-        self.depths = np.concatenate([c.depth[c.depth > 0][::53] for c in sample] or [np.zeros(1, np.float32)])
-        self.depths = self.depths if len(self.depths) else np.ones(1, np.float32)
-        self.cuts = self._cuts(sample, like)
+        self.cuts, self.depths = self._cuts(like)
         self.axes = make_axes(self.cuts)
         self.kinds, self.offsets, self.size = layout(self.axes)
         if like is None:
@@ -166,6 +163,11 @@ class Evidence(Recording):
             if len(self._totals) > _REMEMBERED:
                 del self._totals[next(iter(self._totals))]
         return total
+
+    def forget_totals(self) -> None:
+        """Let go of the counts that are kept for fits to come."""
+        with self._lock:
+            self._totals.clear()
 
     def _total(self, ordered: Sequence[Effect], blocks: Sequence[int], seed: Seed) -> Counts:
         frames = [int(i) for b in blocks for i in self.blocks[b]]
@@ -266,22 +268,25 @@ class Evidence(Recording):
         frames = [*self.frames]
         return frames[:: max(1, len(frames) // about)]
 
-    def _cuts(self, sample: list[Covariates], like: "Evidence | None") -> Cuts:
-        """Where the axes are cut; as those of ``like``, if that is given."""
+    def _cuts(self, like: "Evidence | None") -> tuple[Cuts, NDArray[np.float32]]:
+        """Where the axes are cut, as those of ``like`` if that is given, and some of the depths that are seen [m]."""
+        sample = self.each(self._covariates, self._some_frames(10))
+        depths = np.concatenate([c.depth[c.depth > 0][::53] for c in sample])
+        depths = depths if len(depths) else np.ones(1, np.float32)
         region_of_face = split_scene(self.scene)
         cuts = make_cuts(
             self.camera, self.scene.tags, sample, self.run.stamps, np.array([*self.frames]), region_of_face,
             partial(region_name, self.scene, region_of_face), self.config.data,
         )  # fmt: skip
         if like is not None:
-            return replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times)
+            return replace(like.cuts, camera=self.camera, stamps=self.run.stamps, times=cuts.times), depths
         cuts.instances = {number: one.name for number, one in enumerate(self.scene.objects, start=1)}
         if self._shows_objects:
             cuts.instances = {number: one.name for number, one in self.run.instances.items()}
         some = [int(block[0]) for block in self.blocks[:: max(1, len(self.blocks) // 8)]]
         seen = ((self.recorded(i), self.frames[i].geometry.depth) for i in some)
         cuts.own_steps = find_steps(self.camera, seen, self.config.data)
-        return cuts
+        return cuts, depths
 
     def _own_spread(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """The simulator's own spread of a pixel, by tag and range; see :func:`spread_of`."""
