@@ -109,6 +109,10 @@ class DepthFit(Section):
         4, "simulated to validate a fit: by one, a cause that closes a few per cent of the floor is luck"
     )
     runs_of_subset: int = _count(2, "simulated of a sensor with some of the causes, for what each of them closes")
+    most_work: int = _count(
+        33_000_000_000,
+        "pixels simulated, five for one whose rays are bent: with more no further cause is looked for",
+    )
 
 
 class DepthSelect(Section):

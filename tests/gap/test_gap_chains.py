@@ -28,7 +28,7 @@ def model(*effects: str) -> Model:
 class FakeSearch:
     """A gap of 1 and a floor of 0. gaps: of models, by the names of their effects."""
 
-    before, floor, whole, base = 1.0, 0.0, 1.0, ()
+    before, floor, whole, base, is_spent = 1.0, 0.0, 1.0, (), False
     config = DepthConfig()
 
     def __init__(self, **gaps: float) -> None:

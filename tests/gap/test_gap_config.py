@@ -53,7 +53,9 @@ def test_a_diagnosis_goes_by_the_thresholds_that_it_is_given() -> None:
 
     run, without = recorded(LACKED), [name for name in effect_ids() if name not in BANK]
     found = diagnose(run, sensor="paper", without=without, threads=1)
-    assert found.verdict == "explained"
+    assert found.verdict == "explained" and not any("budget" in note for note in found.notes)
+    brief = diagnose(run, sensor="paper", without=without, threads=1, config=DepthConfig.varied(["fit.most_work=1"]))
+    assert brief.verdict == "unexplained" and any("the search ended at its budget" in note for note in brief.notes)
     deaf = DepthConfig.varied(["significance.excess=1e6", "significance.excess_along_axis=1e6"])
     assert diagnose(run, sensor="paper", without=without, threads=1, config=deaf).verdict == "no_gap"
     strict = DepthConfig.varied(["select.first=1.5", "select.first_apart=1.5"])

@@ -51,6 +51,9 @@ _FAINTLY = (
     "the recording differs from the simulator by more than chance, but by less than a tenth of what two runs of one "
     "sensor differ by, and no effect explains it"
 )
+_UNFINISHED = (
+    "the search ended at its budget of simulated pixels (fit.most_work) with something left: there may be more causes"
+)
 Say = Callable[[str], None]
 
 
@@ -220,8 +223,9 @@ def _remarks(
     length = waves_beside(reported, effects)
     waves = f"the recording's errors come in waves of {length:.3g} px, and no simulated ones" if length else ""
     carried = _CARRIED if is_carried(reported, effects) else ""
+    unfinished = _UNFINISHED if selection.is_unfinished else ""
     named = (cause.effect for cause in selection.model.parts)
-    return *filter(None, (said, waves, carried)), *_blind(compared.evidence, (*without, *named))
+    return *filter(None, (said, waves, carried, unfinished)), *_blind(compared.evidence, (*without, *named))
 
 
 def _blind(evidence: Evidence, without: Sequence[str]) -> tuple[str, ...]:

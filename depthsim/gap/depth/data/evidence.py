@@ -72,7 +72,18 @@ class Evidence(Recording):
         self._place()
         self.real: dict[int, Counts] = {}
         self._totals: dict[str, bytes] = {}
+        self._work = [0]  # one for all that are made of this one
         self._count_real()
+
+    @property
+    def work(self) -> int:
+        """What was simulated so far, or asked for again [pixels]; see :meth:`Replay.work`."""
+        return self._work[0]
+
+    def _add_work(self, ordered: Sequence[Effect], blocks: Sequence[int], runs: int = 1) -> None:
+        frames = sum(len(self.blocks[b]) for b in blocks) * runs
+        with self._lock:
+            self._work[0] += frames * self._replay.work(ordered, self.windows[int(self.blocks[blocks[0]][0])])
 
     def centred(self, effects: Sequence[Effect], *, however_small: bool = False) -> "Evidence | None":
         """The same frames, with errors measured from the depth that the biases of ``effects`` make; None where these
@@ -129,6 +140,7 @@ class Evidence(Recording):
     def simulate_runs(self, effects: Sequence[Effect], blocks: Sequence[int], seeds: Sequence[Seed]) -> list[Counts]:
         """What :meth:`simulate` finds by each of some seeds, all side by side."""
         ordered = acting(effects)
+        self._add_work(ordered, blocks, len(seeds))
 
         def one(number: int) -> Counts:
             seed, block = seeds[number // len(blocks)], blocks[number % len(blocks)]
@@ -150,6 +162,7 @@ class Evidence(Recording):
         what was looked at before; packed, as most counts are small.
         """
         ordered = acting(effects)
+        self._add_work(ordered, blocks)
         key = repr(([(e.id, e) for e in ordered], list(blocks), seed))
         with self._lock:
             packed = self._totals.pop(key, None)

@@ -37,6 +37,8 @@ _KEPT = 1 << 27
 """Bytes of what straight rays meet that are kept."""
 _FINISHED = 1 << 25
 """Bytes of finished pictures that a thread keeps, of each band of rows that is looked at."""
+_BENT, _DECIMATED = 5, 3
+"""Times what it takes to simulate a pixel, that it takes where rays are bent, and one of many that are made one."""
 _BYTES = 24
 """Of a pixel in what its rays meet, and in what effects make of it once."""
 
@@ -63,6 +65,14 @@ class Replay:
         self._fields: dict[tuple[int, Seed], Fields] = {}
         self._met_straight: OrderedDict[tuple[object, ...], Geometry] = OrderedDict()
         self._lock = threading.Lock()
+
+    @staticmethod
+    def work(effects: Sequence[Effect], camera: Camera) -> int:
+        """What a picture of ``camera`` takes: about as long as so many pixels of straight rays."""
+        ordered = all_of(camera, effects)
+        eye = measuring_camera(camera_for(camera, ordered), ordered)
+        pixels = eye.width * eye.height * (_DECIMATED if eye.width > camera.left.width else 1)
+        return pixels * (_BENT if bending(ordered) else 1)
 
     def measure(self, effects: Sequence[Effect], frame: CleanFrame, seed: Seed) -> NDArray[np.uint16]:
         """(rows, width) what is looked at of a frame, as the sensor with ``effects`` stores it."""

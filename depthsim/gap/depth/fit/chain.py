@@ -17,6 +17,7 @@ class Chain:
     """Causes found one after the other. looked, before: the leaders of each step, and the gap before it; refused: by
     effect, what it closed and why it is none; asked: how often it was refused, less one for each that was trusted
     since; dropped: effects that were causes until all of them were there; trusted: those taken for the moment.
+    is_unfinished: whether something is left, and no further cause was looked for.
 
     ties: the equals of each cause; gap, score: with all of them, on the frames held out. config: of the selection.
     """
@@ -32,6 +33,7 @@ class Chain:
     dropped: set[str] = field(default_factory=set)
     trusted: list[str] = field(default_factory=list)
     ties: Ties = field(default_factory=dict)
+    is_unfinished: bool = False
 
     def refuse(self, effect: str, closed: float, why: str) -> None:
         """Keep why an effect is no cause."""

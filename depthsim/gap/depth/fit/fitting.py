@@ -64,6 +64,11 @@ class Fitting:
             return held_out.stands_out(limit)
         return self._fitted_on.score(model.build(self.base)).stands_out(limit, limit.where_fitted)
 
+    @property
+    def is_spent(self) -> bool:
+        """Whether so much was simulated that no further cause is looked for."""
+        return self.evidence.work > self.config.fit.most_work
+
     def is_flexible(self, candidate: Candidate) -> bool:
         """Whether it has so many parameters that it can stand for other effects."""
         return len(candidate.free) >= self.config.select.flexible

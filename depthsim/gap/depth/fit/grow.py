@@ -24,6 +24,9 @@ def grow(search: Search, chain: Chain) -> None:
     while chain.model is None or len(chain.model.parts) < search.config.select.most_causes:
         if not search.leaves(chain.model, chain.score):
             break
+        if search.is_spent:
+            chain.is_unfinished = True
+            break
         leaders = _leaders(search, chain)
         selected = _first_supported(search, chain, leaders)
         if selected is None:

@@ -6,6 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from depthsim.camera import Camera
 from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along, left_of_change
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes, holes_lie_apart
@@ -249,6 +250,8 @@ class Search(Fitting):
         there = {model.parts[-1].effect for model in screened} | {part.effect for part in so_far.parts}
         close = [c for c in earlier[:4] if c.newest.effect not in there]
         close = [c for c in close if not c.newest.replaces or (trusted and c.newest.replaces == {c.newest.effect})]
+        # Beside what takes many times the pixels the whole bank does, for what did not come near again.
+        close = [c for c in close if not has_more_pixels(c.newest.effect, self.evidence.camera)]
         return [Model((c.newest,), c.model.split(c.model.x)[-1]) for c in close]
 
     def _otherwise(
@@ -364,6 +367,12 @@ def worth_a_look(gains: Mapping[int, float], most: int) -> list[int]:
     """
     known = sorted((number for number, gain in gains.items() if np.isfinite(gain)), key=lambda number: -gains[number])
     return [number for number, gain in gains.items() if number in known[:most] or not np.isfinite(gain)]
+
+
+def has_more_pixels(effect: str, camera: Camera) -> bool:
+    """Whether an effect takes a picture of more pixels than ``camera`` has."""
+    eye = effect_class(effect)().imager(camera)
+    return eye.width * eye.height > camera.width * camera.height
 
 
 def is_filling(effect: str) -> bool:

@@ -33,13 +33,15 @@ from depthsim.sensor.effect import effect_class
 class Selection:
     """The causes, and the equals of each. nearest: effects that come near, but are no causes.
 
-    looked_at: the leaders of each step, for the report.
+    looked_at: the leaders of each step, for the report. is_unfinished: whether something is left, and no further cause
+    was looked for, as it would have taken too long.
     """
 
     model: Model
     ties: Ties
     nearest: tuple[Nearest, ...]
     looked_at: tuple[tuple[Trial, ...], ...]
+    is_unfinished: bool = False
 
 
 def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], say: Say) -> Selection:
@@ -54,13 +56,13 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
     for other in _other_beginnings(search, chain):
         chain = _better(search, chain, _chain(search, score, other, chain.named))
     if chain.model is None:
-        return Selection(Model((), np.empty(0)), {}, chain.nearest, tuple(chain.looked))
+        return Selection(Model((), np.empty(0)), {}, chain.nearest, tuple(chain.looked), chain.is_unfinished)
     found = biases_in_one(search, noises_in_one(search, Trial(chain.model, chain.gap)))
     chain.model = beneath(search, found).model
     say("refining the parameters")
     model = search.refined(chain.model)
     ties = {cause: equals for cause, equals in chain.ties.items() if cause in chain.named}
-    return Selection(model, ties, chain.nearest, tuple(chain.looked))
+    return Selection(model, ties, chain.nearest, tuple(chain.looked), chain.is_unfinished)
 
 
 def select_more(validator: Validator, bank: Sequence[Candidate], found: Selection, say: Say) -> Selection | None:
@@ -94,7 +96,8 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
         return found
     nearest = tuple(near for near in found.nearest if near.effect not in chain.named)
     ties = {cause: equals for cause, equals in {**found.ties, **chain.ties}.items() if cause in chain.named}
-    return Selection(search.refined(chain.model), ties, nearest, (*found.looked_at, *map(tuple, chain.looked)))
+    looked_at, unfinished = (*found.looked_at, *map(tuple, chain.looked)), found.is_unfinished or chain.is_unfinished
+    return Selection(search.refined(chain.model), ties, nearest, looked_at, unfinished)
 
 
 def confirm(search: Search, selection: Selection) -> Selection:
@@ -176,6 +179,9 @@ def _other_beginnings(search: Search, chain: Chain) -> Iterator[Chain]:
         and not (is_filling(first.newest.effect) and search.is_less(trial, GONE))
     ]
     for other in others[: limit.beginnings - 1]:
+        if search.is_spent:
+            chain.is_unfinished = True
+            return
         trial = instead(search, chain.model, first.newest.effect, other)
         alone = len(chain.named) == 1  # then it has been compared with the first, and not with what that stood for
         if alone or trial.gap - chain.gap < limit.near_of_cause * (chain.gap - search.floor):
@@ -186,6 +192,7 @@ def _other_beginnings(search: Search, chain: Chain) -> Iterator[Chain]:
 
 def _better(search: Search, one: Chain, other: Chain) -> Chain:
     """The chain that leaves surely less, and the first where neither does; what the other refused is kept."""
+    one.is_unfinished = other.is_unfinished = one.is_unfinished or other.is_unfinished
     limit, left = search.config.select, max(one.gap - search.floor, 0.0)
     if (
         other.model is None
