@@ -34,9 +34,9 @@ def selection(*effects: str) -> Selection:
     return Selection(Model(tuple(Candidate(one, (), {}, ((),)) for one in effects), np.empty(0)), {}, (), ())
 
 
-def cut(axis: str, what: Any) -> Cut:
-    """A place where half of the gap lies."""
-    return Cut(axis=axis, label=axis, unit="", share_of_gap=0.5, what=what, text="")
+def cut(axis: str, what: Any, share: float = 0.5) -> Cut:
+    """A place where half of the gap lies, or another share."""
+    return Cut(axis=axis, label=axis, unit="", share_of_gap=share, what=what, text="")
 
 
 @pytest.mark.parametrize(
@@ -101,6 +101,9 @@ def test_biases_that_only_cancel_leave_next_to_nothing(
         (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.9, 1.0, False),
         (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.97, 1.0, True),  # as much lies there
         (["ambient_light"], [("incidence", "spread"), ("height", "bias")], 0.97, 1.0, False),
+        # More lies along an own axis: the other is first by its fewer cells.
+        (["temporal_filter"], [("time x range", "bias", 0.23), ("motion", "bias", 0.34)], 0.79, 1.0, True),
+        (["temporal_filter"], [("time x range", "bias", 0.34), ("motion", "bias", 0.23)], 0.79, 1.0, False),
         # Of holes where these are is asked, and not how errors go together.
         (["empty_border"], [("pixel_neighbours", "correlation"), ("image_column", "missing")], 0.4, 1.0, True),
         (["empty_border"], [("pixel_neighbours", "correlation"), ("range", "missing")], 0.4, 1.0, False),
@@ -113,7 +116,7 @@ def test_biases_that_only_cancel_leave_next_to_nothing(
 def test_causes_act_where_the_gap_lies_first(
     monkeypatch: pytest.MonkeyPatch,
     effects: list[str],
-    where: list[tuple[str, str]],
+    where: list[tuple[Any, ...]],
     closed: float,
     left: float,
     stays: bool,

@@ -192,10 +192,13 @@ def acting_elsewhere(
     if not _acts_elsewhere(selection, shares, first):
         return selection
     limit, causes = validator.evidence.config.agreement, selection.model.effects
+    along_own = _along_own(selection, first, where)
+    if along_own > first.share_of_gap:  # the other one comes first by how few cells it has
+        return selection
     # Geometry, which has no other formula, has been asked for all biases that it leaves along its own axes.
     asked = first.what == "bias" and all(one.exact for one in causes if one.kinds[0] == "bias")
     if closed >= (limit.well if asked else limit.nearly_all) and (
-        _acts_where_as_much_lies(validator, selection, first, where) or not _is_left(validator, selection, first)
+        along_own >= limit.as_much * first.share_of_gap or not _is_left(validator, selection, first)
     ):
         return selection
     # What is lost or smoothed anywhere: of a gap that is the same all over, an axis comes first by chance.
@@ -271,11 +274,10 @@ def _first(where: Sequence[Cut], selection: Selection) -> Cut | None:
     return next((cut for cut in where if not is_place(cut)), where[0] if where else None)
 
 
-def _acts_where_as_much_lies(validator: Validator, selection: Selection, first: Cut, where: Sequence[Cut]) -> bool:
-    """Whether an axis of a cause's own explains as much of the gap as the one on which it lies first."""
+def _along_own(selection: Selection, first: Cut, where: Sequence[Cut]) -> float:
+    """Most of the gap that an axis of a cause's own explains, of the kind of error of ``first``."""
     own = {name for one in selection.model.effects for name in one.axes}
-    most = max((cut.share_of_gap for cut in where if cut.what == first.what and cut.names <= own), default=0.0)
-    return most >= validator.evidence.config.agreement.as_much * first.share_of_gap
+    return max((cut.share_of_gap for cut in where if cut.what == first.what and cut.names <= own), default=0.0)
 
 
 def _is_left(validator: Validator, selection: Selection, first: Cut) -> bool:
