@@ -250,6 +250,17 @@ def test_what_the_effects_own_axis_leaves_is_not_held_against_what_is_crossed_wi
     assert "along range x material" in str(rules.leaves_crossed(elsewhere, BIAS))
 
 
+@pytest.mark.parametrize(("cause", "refused"), [("thermal_drift", False), ("motion_noise", True)])
+def test_what_a_drift_leaves_from_range_to_range_is_not_held_against_an_offset(cause: str, refused: bool) -> None:
+    gap, left = changes(BIAS, 0.1, [0.05, 0, 0.06]), changes(BIAS, 0.0, [0.001, 0, 0.04])
+    one = asked("disparity_offset", gap, left, gap, before=(effect_class(cause)(),))
+    one.validator.evidence.axes = [
+        SimpleNamespace(name=name, names=set(name.split(" x ")), kind=0, size=8)
+        for name in ("range", "time", "time x range")
+    ]
+    assert ("along time x range" in str(rules.leaves_crossed(one, BIAS))) == refused
+
+
 @given(st.floats(0.1, 1), st.floats(0, 1))
 def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: float, left: float) -> None:
     """Holes by material, beside more of them that the formula of holes by range has left along the range."""

@@ -339,6 +339,22 @@ def test_what_cancels_is_tried_as_one(
     assert hiding.cancelling(cast("Search", search), begun, first) is None
 
 
+@pytest.mark.parametrize(("cause", "named"), [("fill_rate", True), ("subpixel_bias", False)])
+def test_what_cancels_is_tried_beside_causes_that_make_no_biases(
+    monkeypatch: pytest.MonkeyPatch, cause: str, named: bool
+) -> None:
+    """What closes most may be of another kind, and neither of the two is supported alone beside it, either."""
+    monkeypatch.setattr(hiding, "first_axes", lambda validator, effects: [("bias", {"time"})])
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    search = FakeSearch(**{f"{cause}_baseline_scale_thermal_drift": 0.05})
+    search.bank = model("baseline_scale", "thermal_drift").parts  # type: ignore[attr-defined]
+    search.begin = lambda one, base: Model((one,), np.empty(0))  # type: ignore[attr-defined]
+    search.disagreement = lambda of, number, *, alone: None  # type: ignore[attr-defined]
+    search.left_of_biases = lambda of, axis: 0.0  # type: ignore[attr-defined]
+    found = hiding.cancelling(cast("Search", search), chain(0.3, cause), None)
+    assert (found is not None) == named
+
+
 @pytest.mark.parametrize(("gap", "agrees", "taken"), [(0.1, True, True), (0.3, True, False), (0.1, False, False)])
 def test_what_is_known_where_the_gap_lies_takes_the_place_of_what_is_not(
     monkeypatch: pytest.MonkeyPatch, gap: float, agrees: bool, taken: bool

@@ -36,7 +36,7 @@ def grow(search: Search, chain: Chain) -> None:
             if itself and _is_far_ahead(search, itself, selected) and _closes_enough(search, chain, itself, leaders):
                 selected = itself
                 chain.trust(itself.newest.effect)
-        if chain.model is None:
+        if chain.model is None or selected is None:
             selected = cancelling(search, chain, selected) or selected
         if selected is None:
             break

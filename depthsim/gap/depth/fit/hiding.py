@@ -16,16 +16,19 @@ from depthsim.sensor.effect import Effect, effect_class
 
 
 def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | None:
-    """Two first causes that are known by the range or the time alone, and cancel where most is seen, so that neither
-    closes much.
+    """Two causes that are known by the range or the time alone, and cancel where most is seen, so that neither closes
+    much; beside others that make no biases, where none of what else may be added is supported.
 
     Such as an offset of the disparities beside a scale, which a calibration at one range leaves, or a scale that drifts
     beside one that is wrong from the beginning, as of a camera that was calibrated warm. None where ``alone`` does
     nearly as well, or as well if it acts along none of the axes on which the gap lies first, or where the two leave
     some of how biases change along their axes: they come near to any law, such as one with a knee.
     """
-    limit, whole = search.config.select, search.whole
-    least, first = limit.first * whole, first_axes(search.validator, search.base)
+    so_far = chain.model or Model((), np.empty(0))
+    if any("bias" in effect.kinds for effect in so_far.effects):  # two more come near to what their formulas leave
+        return None
+    limit, whole = search.config.select, chain.score.above if so_far.parts else search.whole
+    least, first = limit.first * whole, first_axes(search.validator, so_far.build(search.base))
     if alone is not None:
         along = {name for _, names in first for name in names}
         acts = along & set(effect_class(alone.newest.effect).axes)
@@ -40,13 +43,14 @@ def cancelling(search: Search, chain: Chain, alone: Trial | None) -> Trial | Non
 
     biases = _first_of_each(search, chain, may_cancel)
     for pair in combinations(biases, 2):
-        begun = search.begin(pair[0], search.base)
+        begun = so_far.plus(search.begin(pair[0], so_far.build(search.base)))
         both = search.validated(search.fit(begun.plus(search.begin(pair[1], begun.build(search.base))), 4))
-        axes = {effect.axes[0] for effect in both.model.effects}
+        axes = {effect.axes[0] for effect in both.model.effects[-2:]}
         left = max(search.left_of_biases(both.model, axis) for axis in axes)
         if chain.gap - both.gap < least or left > search.config.agreement.near_floor:
             continue
-        if not any(search.disagreement(both.model, k, alone=True) for k in (0, 1)):
+        count = len(both.model.parts)
+        if not any(search.disagreement(both.model, k, alone=True) for k in (count - 2, count - 1)):
             return both
     return None
 

@@ -283,7 +283,8 @@ def leaves_crossed(asked: Asked, k: int) -> str | None:
     """Whether much bias is left along an axis of the effect's crossed with another one, beyond what is along its own.
 
     What has the effect's axis and another shape, such as an offset of the disparities for a scale, comes near along
-    that axis alone: other parameters make up for it. They cannot at every range on every material.
+    that axis alone: other parameters make up for it. They cannot at every range on every material. Crossed with an axis
+    of another cause of bias, such as the time beside a drift, what is left is by that one's formula.
     """
     if KINDS[k] != "bias":  # another formula of noise or holes leaves as much
         return None
@@ -292,6 +293,8 @@ def leaves_crossed(asked: Asked, k: int) -> str | None:
     crossed = np.array([len(axis.names) > 1 for axis in axes])
     seen = (gap.varies[k] >= limit.crossed * gap.whole[k]) & (gap.varies[k] >= limit.sure * gap.chance[k])
     for axis in map(int, np.flatnonzero(asked.own & crossed & seen)):
+        if _is_crossed(asked, k, axis):
+            continue
         parts = [n for n in np.flatnonzero(asked.own & ~crossed) if axes[n].names < axes[axis].names]
         alone = max([0.0, *asked.left.varies[k, parts]])
         share = float((asked.left.varies[k, axis] - alone) / max(gap.varies[k, axis], 1e-12))
