@@ -111,7 +111,8 @@ class DepthFit(Section):
     runs_of_subset: int = _count(2, "simulated of a sensor with some of the causes, for what each of them closes")
     most_work: int = _count(
         33_000_000_000,
-        "pixels simulated, five for one whose rays are bent: with more no further cause is looked for",
+        "pixels simulated, five for one whose rays are bent, three for one that is decimated: with more no further "
+        "cause is looked for",
     )
 
 

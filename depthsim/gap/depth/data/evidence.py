@@ -1,5 +1,6 @@
 """What a recording shows along every axis, and what a simulated sensor shows there."""
 
+import threading
 from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import replace
@@ -72,6 +73,7 @@ class Evidence(Recording):
         self._place()
         self.real: dict[int, Counts] = {}
         self._totals: dict[str, bytes] = {}
+        self._lock = threading.Lock()
         self._work = [0]  # one for all that are made of this one
         self._count_real()
 
@@ -81,9 +83,10 @@ class Evidence(Recording):
         return self._work[0]
 
     def _add_work(self, ordered: Sequence[Effect], blocks: Sequence[int], runs: int = 1) -> None:
-        frames = sum(len(self.blocks[b]) for b in blocks) * runs
+        frames = [int(i) for b in blocks for i in self.blocks[b]]
+        work = runs * len(frames) * self._replay.work(ordered, self.windows[frames[0]])
         with self._lock:
-            self._work[0] += frames * self._replay.work(ordered, self.windows[int(self.blocks[blocks[0]][0])])
+            self._work[0] += work
 
     def centred(self, effects: Sequence[Effect], *, however_small: bool = False) -> "Evidence | None":
         """The same frames, with errors measured from the depth that the biases of ``effects`` make; None where these
@@ -102,10 +105,11 @@ class Evidence(Recording):
             off = np.abs(expected - clean) * frame.per_spread > 1
             return expected, float(off.sum() / max((clean > 0).sum(), 1))
 
+        if not however_small:
+            off = [off for _, off in self.each(moved, self._some_frames(8))]
+            if np.mean(off) < self.config.data.hidden:
+                return None
         frames = [*self.frames]
-        some = frames[:: max(1, len(frames) // 8)]
-        if not however_small and np.mean([off for _, off in self.each(moved, some)]) < self.config.data.hidden:
-            return None
         expected = (depth for depth, _ in self.each(moved, frames))
         return self._from({i: replace(self.frames[i], expected=one) for i, one in zip(frames, expected, strict=True)})
 

@@ -58,7 +58,7 @@ class Recording:
         self.threads = threads or core_count()
         self.motion = Motion.along(run.trajectory, run.truth)
         self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
-        self._of_thread, self._lock = threading.local(), threading.Lock()
+        self._of_thread = threading.local()
         self.blocks = select_frames(len(run), run.camera.width, config.data)
         if len(self.blocks) < 2:
             raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to validate", "give 2 or more")

@@ -69,8 +69,7 @@ class Replay:
     @staticmethod
     def work(effects: Sequence[Effect], camera: Camera) -> int:
         """What a picture of ``camera`` takes: about as long as so many pixels of straight rays."""
-        ordered = all_of(camera, effects)
-        eye = measuring_camera(camera_for(camera, ordered), ordered)
+        ordered, eye = _that_measure(effects, camera)
         pixels = eye.width * eye.height * (_DECIMATED if eye.width > camera.left.width else 1)
         return pixels * (_BENT if bending(ordered) else 1)
 
@@ -95,8 +94,7 @@ class Replay:
         """The effects that act, and what measures; the last ones of a thread are kept, for one frame after another."""
         known = getattr(self._own, "sensor", None)
         if known is None or known[0] is not effects or known[1] is not camera:
-            ordered = all_of(camera, effects)
-            eye = measuring_camera(camera_for(camera, ordered), ordered)
+            ordered, eye = _that_measure(effects, camera)
             known = effects, camera, ordered, Pipeline(self._caster, eye, self._materials, self._caster.scene)
             self._own.sensor = known
         return known[2], known[3]
@@ -170,3 +168,9 @@ class Replay:
         if camera not in kept:
             kept[camera] = Past(take, camera.rate, max(_FINISHED // (2 * camera.width * camera.height), 1))
         return kept[camera]
+
+
+def _that_measure(effects: Sequence[Effect], stored: Camera) -> tuple[list[Effect], Camera]:
+    """The effects that act, and the camera that measures, where pictures are stored as those of ``stored``."""
+    ordered = all_of(stored, effects)
+    return ordered, measuring_camera(camera_for(stored, ordered), ordered)
