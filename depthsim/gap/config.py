@@ -90,6 +90,8 @@ class DepthFit(Section):
         14, "of the bank that are fitted in a first look, by how they begin, beside those that begin with nothing"
     )
     looked_at_again: int = _count(8, "the same for a further cause")
+    places: int = _count(3, "where fits of a leader begin that has many parameters")
+    rounds_elsewhere: int = _count(4, "from each of these places, on a few frames")
     louder: float = _value(5.0, "changes that matter, by which a noise is larger where a fit of its correlation begins")
     far_behind: float = _value(2.0, "times the least loss: a candidate above it after two rounds is fitted no further")
     behind: float = _value(1.25, "the same, above which no other minima are looked for beside the one it is in")
@@ -229,6 +231,10 @@ class DepthAgreement(Section):
         "by which signs of errors at a pixel, or at a place in the scene, go together more than simulated ones: with "
         "more, noise is no cause",
     )
+    shifted: float = _value(
+        0.3,
+        "by which the frames' mean signs of errors spread more than simulated ones: with more, noise is no cause",
+    )
     brought_together: float = _value(
         0.03, "of a correlation of neighbours: one that is farther from the recording's by more is another's"
     )
@@ -249,6 +255,8 @@ class DepthAgreement(Section):
     inseparable: float = _value(
         0.01, "of what an effect does that makes several kinds of error together: with less of one, it is another"
     )
+    many_holes: float = _value(0.03, "of the pixels: a sensor that loses so many anywhere never loses none")
+    gone: float = _value(0.01, "of the pixels that the simulator loses: with less, they are all there")
     begins: float = _value(0.1, "of the pixels, where holes that grow along an axis are fewest: they begin there")
     beneath: float = _value(
         0.35, "of all holes over the simulator's, that are holes anywhere, if they lie where others begin"

@@ -8,7 +8,7 @@ import numpy as np
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.fit.candidates import Candidate
-from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, start
+from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, starts
 from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.sensor.effect import Effect
 
@@ -113,7 +113,7 @@ class Fitting:
     def begin(self, candidate: Candidate, base: Sequence[Effect], *, roughly: bool = False) -> Model:
         """The best of the places where a candidate begins, on the frames for fitting. roughly: on a few of them."""
         _, target, roots = self._on(self._few if roughly else self.evidence.train)
-        return start(candidate, base, roots(tuple(base)), target, roots)[0]
+        return starts(candidate, base, roots(tuple(base)), target, roots)[0][0]
 
     def _on(self, blocks: Sequence[int]) -> tuple[Sequence[Effect], Floats, Roots]:
         """What fits are given: the simulator, and what the recording and any sensor show on some blocks."""

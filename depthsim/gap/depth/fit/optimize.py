@@ -83,10 +83,13 @@ def loss(target: Floats, found: Floats) -> float:
     return float(np.square(target - found).sum())
 
 
-def start(
+def starts(
     candidate: Candidate, base: Sequence[Effect], here: Floats, target: Floats, roots: Roots
-) -> tuple[Model, float]:
-    """The best of the places where a candidate begins, and what of the loss any of them would take off, going on.
+) -> tuple[list[Model], float]:
+    """The places where a candidate begins, best first, and what of the loss any of them would take off, going on.
+
+    The best one is that which leaves least somewhere on the way to it: light from the right side that is much too
+    strong leaves more than such from another side, where little is lit.
 
     here: what ``base`` does, without it. Where a candidate begins with nothing, that is not known: infinite.
     """
@@ -94,11 +97,12 @@ def start(
     for values in candidate.starts:
         x = candidate.encode(values)
         there = roots(candidate.build(base, x))
-        tries.append(Model((candidate,), x, loss(target, there)))
         done = there - here
         size, toward = float((done * done).sum()), float((done * (target - here)).sum())  # no BLAS, see refine
         gains.append(toward**2 / size if size > 0 else np.inf)
-    return min(tries, key=lambda model: model.loss), max(gains)
+        part = min(max(toward / size, 0.0), 1.0) if size > 0 else 0.0
+        tries.append((part * (part * size - 2 * toward), Model((candidate,), x, loss(target, there))))
+    return [model for _, model in sorted(tries, key=lambda one: one[0])], max(gains)
 
 
 def refine(

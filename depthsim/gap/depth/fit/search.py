@@ -18,7 +18,7 @@ from depthsim.gap.depth.fit.marks import (
     makes_steps,
     stays_at_pixels,
 )
-from depthsim.gap.depth.fit.optimize import Model, loss, refine, start
+from depthsim.gap.depth.fit.optimize import Model, loss, refine, starts
 from depthsim.gap.depth.fit.rules import is_idle, shows_itself
 from depthsim.gap.selection import plainest
 from depthsim.sensor.effect import Effect, Stage, effect_class
@@ -126,12 +126,13 @@ class Search(Fitting):
         leaders = [*screened, *self._passed_over(screened, so_far, earlier, trusted)]
 
         def whole_of(model: Model) -> Model:
+            model = self._from_elsewhere(model, before)
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished_below=0)
             for begun in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
                 for begin in begun:
-                    other, before = self._fit(begin, 3, polished_below=0)[0], whole.loss
+                    other, was = self._fit(begin, 3, polished_below=0)[0], whole.loss
                     whole = min(whole, other, key=lambda fitted: fitted.loss)
-                    if abs(other.loss - before) < self.config.fit.same_minimum * before:
+                    if abs(other.loss - was) < self.config.fit.same_minimum * was:
                         break
             return whole
 
@@ -281,7 +282,7 @@ class Search(Fitting):
             xs[number] = so_far.parts[number].encode(values)
             part = Model(so_far.parts, np.concatenate(xs))
             before = part.build(self.base)
-            begun.append(part.plus(start(newest, before, roots(before), target, roots)[0]))
+            begun.append(part.plus(starts(newest, before, roots(before), target, roots)[0][0]))
         return min(begun, key=lambda model: loss(target, roots(model.build(self.base))))
 
     def _afresh(self, so_far: Model, model: Model, earlier: Sequence[Trial], trusted: Sequence[str]) -> Iterator[Model]:
@@ -318,6 +319,19 @@ class Search(Fitting):
             if is_open and (everywhere or _is_known_by(candidate.effect, first)):
                 yield candidate
 
+    def _from_elsewhere(self, model: Model, base: Sequence[Effect]) -> Model:
+        """An effect of many parameters on top of ``base``, from the best of some places after rounds on a few frames.
+
+        Light from one side is not on the way to light from another.
+        """
+        candidate, config = model.parts[-1], self.config.fit
+        if not self.is_flexible(candidate) or any(isinstance(free.key, tuple) for free in candidate.free):
+            return model
+        _, target, roots = self._on(self._few)
+        places = starts(candidate, base, roots(tuple(base)), target, roots)[0][: config.places]
+        begun = (refine(place, base, target, roots, config, config.rounds_elsewhere) for place in places)
+        return min((model, *begun), key=lambda one: one.loss)
+
     def _told(self, work: Callable[[S], T], items: Sequence[S], words: Sequence[str]) -> Iterator[T]:
         """The results of ``work`` on each item, side by side; what is waited for is said."""
         results = self.evidence.side_by_side(work, items)
@@ -341,15 +355,15 @@ class Search(Fitting):
         ]
         here, many = roots(base), len(self.bank)
         looking = [f"looking at {self.bank[k].effect}, {k + 1} of {many}" for k in open_to]
-        starts = self._told(lambda k: start(self.bank[k], base, here, target, roots), open_to, looking)
-        begun = dict(zip(open_to, starts, strict=True))
+        places = self._told(lambda k: starts(self.bank[k], base, here, target, roots), open_to, looking)
+        begun = dict(zip(open_to, places, strict=True))
         most = self.config.fit.looked_at if so_far is None else self.config.fit.looked_at_again
         first = first_axes(self.validator, base)
         known = [k for k in open_to if _is_known_by(self.bank[k].effect, first)]  # however far off they begin
         open_to = sorted({*worth_a_look({k: begun[k][1] for k in open_to}, most), *known})
         best: dict[tuple[str, bool, str], Model] = {}
         refined = self.evidence.side_by_side(
-            lambda k: refine(begun[k][0], base, target, roots, self.config.fit, 1), open_to
+            lambda k: refine(begun[k][0][0], base, target, roots, self.config.fit, 1), open_to
         )
         for number, model in zip(open_to, refined, strict=True):
             candidate = self.bank[number]
