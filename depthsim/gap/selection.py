@@ -48,6 +48,15 @@ def closes_enough(gained: float, left: float, whole: float, faint: float, limit:
     return gained >= faint and (gained >= limit.further * whole or gained >= limit.further_of_left * left)
 
 
+def closes_enough_alone(gained: float, most: float, whole: float, limit: DepthSelect) -> bool:
+    """Whether what a first cause closes is enough for a name: much of the gap, or some and no other comes near.
+
+    most: what another of its kind closes.
+    """
+    share = gained / max(whole, 1e-12)
+    return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
+
+
 def plainest(trials: Sequence[T], loss: Callable[[T], float], size: Callable[[T], Any], margin: float) -> T | None:
     """Of those that do as well as the best, within a margin, the one of the least size, such as how many parameters it
     has; None of none."""

@@ -91,6 +91,8 @@ class Effect(BaseModel):
     """other values than the defaults, at which a single picture shows what it does"""
     inseparable: ClassVar[bool] = False
     """whether it makes all of its kinds wherever it makes one"""
+    besides: ClassVar[tuple[str, ...]] = ()
+    """parameters of errors beside those that it is known by, which without these are another's"""
     seen_on: ClassVar[tuple[str, ...]] = ()
     """effects without which it does nothing, such as a noise that it changes"""
 
@@ -190,7 +192,7 @@ def _check(kind: type[Effect]) -> None:
         names = parameters_of(kind)
     except TypeError as error:
         raise fault(kind, str(error), "declare every field so") from None
-    for name in {name for form in (*kind.forms, *kind.spare_forms, kind.shown) for name in form}:
+    for name in {name for form in (*kind.forms, *kind.spare_forms, kind.shown, kind.besides) for name in form}:
         if name not in names:
             raise fault(
                 kind, f"`forms`, `spare_forms` or `shown` has {name!r}, which is no parameter", "correct the name"

@@ -419,12 +419,24 @@ def test_many_parameters_do_not_follow_a_change_along_another_axis(own: float, l
     limit = DepthConfig().agreement
     gap = changes(SPREAD, 0.0625, [0.0625, 0.0625 * own, 0])
     one = asked("material_noise", gap, changes(SPREAD, 0.0, [0.0625 * left, 0, 0]), gap)
-    assert rules.is_for_another_axis(one, SPREAD) is None  # it has too few parameters for that
+    assert rules.is_for_another_axis(one, SPREAD) is None  # with few it is one of the range, too
     said = rules.is_for_another_axis(replace(one, flexible=True), SPREAD)
     if min(abs(own - limit.as_much), abs(left - limit.near_floor)) > 1e-9:
         assert (said is not None) == (own < limit.as_much and left > limit.near_floor)
     beside = replace(one, flexible=True, before=(effect_class("disparity_noise")(),))
     assert rules.is_for_another_axis(beside, SPREAD) is None
+
+
+@given(st.floats(0, 0.99), st.floats(0, 1))
+def test_few_parameters_leave_much_of_a_change_along_another_axis(own: float, left: float) -> None:
+    """Holes that come with the range, on a material that lies far away; what lies anywhere is asked for the level."""
+    limit = DepthConfig().agreement
+    gap = changes(HOLES, 0.0625, [0.0625, 0.0625 * own, 0])
+    one = asked("material_dropout", gap, changes(HOLES, 0.0, [0.0625 * left, 0, 0]), gap)
+    said = rules.is_for_another_axis(one, HOLES)
+    if min(abs(own - limit.beside), abs(left - limit.left_of_noise)) > 1e-9:
+        assert (said is not None) == (own < limit.beside and left > limit.left_of_noise)
+    assert rules.is_for_another_axis(replace(one, effect=effect_class("fill_rate")), HOLES) is None
 
 
 @given(st.floats(0, 1), st.floats(0, 1))
@@ -546,19 +558,84 @@ def test_a_factor_that_is_alike_for_all_materials_is_none_of_theirs(
     assert rules.is_alike_for_all(validator, effect_class("fill_rate"), (), ()) is None
 
 
+def of_both(spread: float, holes: float) -> Changes:
+    """Spread and holes that change along the first axes."""
+    one, other = changes(SPREAD, 0.0, [spread / 2, spread, 0]), changes(HOLES, 0.0, [holes, holes, 0])
+    return replace(one, varies=one.varies + other.varies)
+
+
+def seen_by(of: Changes, gap: Changes) -> Any:
+    """A validator by which an effect does something, and the recording differs from the simulator."""
+    evidence = SimpleNamespace(axes=AXES, config=DepthConfig(), base=())
+    return SimpleNamespace(evidence=evidence, once=lambda work, *sensors: of if len(sensors) == 2 else gap)
+
+
 @pytest.mark.parametrize("effect", ["ambient_light", "incidence_noise"])
 @pytest.mark.parametrize(("holes", "later"), [(0.0, ()), (0.1, ()), (0.0, ("hole_filling",))])
 def test_light_that_makes_noise_loses_pixels_too(effect: str, holes: float, later: tuple[str, ...]) -> None:
     """But where they may have been filled; and of what makes noise alone it is not asked."""
-    one, other = changes(SPREAD, 0.0, [0.1, 0.5, 0.2]), changes(HOLES, 0.0, [holes, holes, 0])
-    both = replace(one, varies=one.varies + other.varies)
-    evidence = SimpleNamespace(axes=AXES, config=DepthConfig(), base=())
-    validator = cast("Validator", SimpleNamespace(evidence=evidence, once=lambda work, before, after: both))
+    both = of_both(0.5, holes)
+    validator = cast("Validator", seen_by(both, both))
     kind, after = effect_class(effect), tuple(effect_class(name)() for name in (effect, *later))
     why = rules.lacks_a_kind(validator, kind, after[1:], after)
     assert (why is not None) == (effect == "ambient_light" and not holes and not later)
-    evidence.base = (kind(),)  # whose noise alone may be wrong
+    validator.evidence.base = (kind(),)  # whose noise alone may be wrong
     assert rules.lacks_a_kind(validator, kind, after[1:], after) is None
+
+
+@pytest.mark.parametrize(("made", "recorded", "none"), [(0.001, 0.001, True), (0.02, 0.001, False), (0.0, 0.02, False)])
+def test_light_that_loses_pixels_makes_noise_too(made: float, recorded: float, none: bool) -> None:
+    """If the recording has some: a material that loses pixels is lit from no side. Beside many it may be missed."""
+    validator = cast("Validator", seen_by(of_both(made, 1.0), of_both(recorded, 1.0)))
+    light = effect_class("ambient_light")
+    why = rules.lacks_a_kind(validator, light, (), (light(),))
+    assert why == ("makes none of the spreads that go with its holes" if none else None)
+
+
+@pytest.mark.parametrize(("spread", "holes", "first"), [(0.5, 0.1, True), (0.1, 0.5, False)])
+def test_marks_of_noise_are_for_what_makes_more_noise_than_holes(spread: float, holes: float, first: bool) -> None:
+    """Sunlight is held against patterns that stay at their pixels only if it is noise that it makes."""
+    both = of_both(spread, holes)
+    asked = Asked(cast("Validator", seen_by(both, both)), effect_class("ambient_light"), (), both, both, both, True,
+                  True, True)  # fmt: skip
+    assert asked.makes_first == first
+    assert replace(asked, effect=effect_class("spatial_correlation")).makes_first
+
+
+@pytest.mark.parametrize(("inside", "made", "refused"), [(5.0, 0.01, True), (5.0, 0.03, False), (0.0, 0.01, False)])
+def test_a_shadow_is_lost_of_the_background_mostly(inside: float, made: float, refused: bool) -> None:
+    """Near things that are lost as a whole are no shadow, though they lie beside one."""
+    shadow = effect_class("stereo_shadow")
+    holes = {0.0: 0.01 + made, inside: 0.05}
+
+    def once(work: Any, effects: Any) -> float:
+        return holes[effects[-1].inside] if effects else 0.01
+
+    validator: Any = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig(), base=()), once=once)
+    why = rules.is_mostly_besides(validator, shadow, (), (shadow(inside=inside),))
+    assert why == ("loses 75% of its pixels by inside alone" if refused else None)
+    assert rules.is_mostly_besides(validator, effect_class("fill_rate"), (), ()) is None
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "stands_out", "effect", "refused"),
+    [
+        (0.11, 1e-4, True, "fill_rate", True),
+        (0.11, 0.01, True, "fill_rate", False),
+        (0.01, 0.0, True, "fill_rate", False),  # as little as that a good camera has not
+        (0.11, 0.0, False, "fill_rate", False),  # and nothing is left that filling would explain
+        (0.11, 0.0, True, "material_dropout", False),
+    ],
+)
+def test_hardly_a_sensor_loses_no_pixel(was: float, now: float, stands_out: bool, effect: str, refused: bool) -> None:
+    before, after = (effect_class("fill_rate")(rate=rate) for rate in (was, now))
+    evidence = SimpleNamespace(config=DepthConfig(), base=(before,))
+    validator: Any = SimpleNamespace(
+        evidence=evidence, config=DepthConfig().significance, once=lambda work, x: 0.02 + sum(one.rate for one in x),
+        score=lambda effects: SimpleNamespace(stands_out=lambda limit: stands_out),
+    )  # fmt: skip
+    why = rules.takes_all(validator, effect_class(effect), (before,), (after,))
+    assert why == ("loses no pixel where the simulator loses 11%, which is filling rather" if refused else None)
 
 
 @pytest.mark.parametrize(("varies", "same"), [(0.05, True), (0.2, False)])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from depthsim.gap.config import DepthConfig, DepthSelect
-from depthsim.gap.depth.fit import confirm, grow, hiding, select
+from depthsim.gap.depth.fit import confirm, grow, hiding, optimize, select
 from depthsim.gap.depth.fit.candidates import Candidate, Free
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
@@ -494,3 +494,26 @@ def test_what_closes_most_is_trusted_where_what_acts_is_far_behind(acting: float
     search = cast("Search", FakeSearch())
     selected = None if acting is None else Trial(model("noise"), acting)
     assert grow._is_far_ahead(search, Trial(model("light"), 0.2), selected) == ahead
+
+
+def test_holes_beside_light_are_holes_beside_holes() -> None:
+    """Light makes noise and holes by one formula, a dropout's noise is none of its own."""
+    assert grow._formula_of("ambient_light") == ["spread", "missing"]
+    assert grow._formula_of("range_dropout") == ["missing"]
+
+
+def test_a_fit_begins_on_the_right_side_however_much_too_strong() -> None:
+    """Of two places it begins at the one that leads to the recording, and not at the one that does less harm."""
+    candidate = Candidate(
+        "ambient_light", (Free("azimuth", -180, 180, log=False, step=1.0),), {}, ((-90.0,), (90.0,)),
+    )  # fmt: skip
+    shows = {-90.0: np.array([0.0, 0.5]), 90.0: np.array([9.0, 0.0])}
+    here, target = np.zeros(2), np.array([1.0, 0.0])
+
+    def roots(effects: Any) -> Any:
+        return shows[effects[-1].azimuth]
+
+    found, gain = optimize.starts(candidate, (), here, target, roots)
+    assert [float(place.x[0]) for place in found] == [90.0, -90.0]
+    assert [place.loss for place in found] == [64.0, 1.25]
+    assert gain == 1.0

@@ -99,8 +99,8 @@ def test_noise_is_no_cause_of_errors_of_the_scene(
     effect: str, recorded: float, simulated: float, refused: bool
 ) -> None:
     known = {
-        marks._held_recorded: marks._Held((0, 0), 0, recorded),
-        marks._held_simulated: marks._Held((0, 0), 0, simulated),
+        marks._held_recorded: marks._Held((0, 0), 0, recorded, 0),
+        marks._held_simulated: marks._Held((0, 0), 0, simulated, 0),
     }
     validator = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig()), once=lambda work, *_: known[work])
     why = marks.stays_in_scene(cast(Validator, validator), effect_class(effect), ())
@@ -121,9 +121,31 @@ def test_noise_is_no_cause_of_errors_of_the_scene(
 )
 def test_noise_is_no_cause_of_errors_that_stay(effect: str, recorded: float, simulated: float, refused: bool) -> None:
     known = {
-        marks._held_recorded: marks._Held((0, 0), recorded, 0),
-        marks._held_simulated: marks._Held((0, 0), simulated, 0),
+        marks._held_recorded: marks._Held((0, 0), recorded, 0, 0),
+        marks._held_simulated: marks._Held((0, 0), simulated, 0, 0),
     }
     validator = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig()), once=lambda work, *_: known[work])
     why = marks.stays_at_pixels(cast(Validator, validator), effect_class(effect), ())
+    assert (why is not None) == refused
+
+
+@pytest.mark.parametrize(
+    ("effect", "recorded", "simulated", "refused"),
+    [
+        ("motion_noise", 0.9, 0.03, True),
+        ("spatial_correlation", 0.9, 0.03, True),
+        ("motion_noise", 0.9, 0.8, False),  # beside stamps that are late
+        ("motion_noise", 0.1, 0.0, False),
+        ("time_offset", 0.9, 0.0, False),
+    ],
+)
+def test_noise_is_no_cause_of_frames_that_are_off_as_a_whole(
+    effect: str, recorded: float, simulated: float, refused: bool
+) -> None:
+    known = {
+        marks._held_recorded: marks._Held((0, 0), 0, 0, recorded),
+        marks._held_simulated: marks._Held((0, 0), 0, 0, simulated),
+    }
+    validator = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig()), once=lambda work, *_: known[work])
+    why = marks.shifts_by_frame(cast(Validator, validator), effect_class(effect), ())
     assert (why is not None) == refused

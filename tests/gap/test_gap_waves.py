@@ -68,8 +68,8 @@ def test_nothing_known_is_no_wave() -> None:
     ],
 )  # fmt: skip
 def test_noise_is_none_for_waves(monkeypatch: pytest.MonkeyPatch, effect: str, rise: float, refused: bool) -> None:
-    monkeypatch.setattr(marks, "_held_recorded", lambda validator: marks._Held((rise, 16.0), 0, 0))
-    monkeypatch.setattr(marks, "_held_simulated", lambda validator, effects: marks._Held((1.1, 2.0), 0, 0))
+    monkeypatch.setattr(marks, "_held_recorded", lambda validator: marks._Held((rise, 16.0), 0, 0, 0))
+    monkeypatch.setattr(marks, "_held_simulated", lambda validator, effects: marks._Held((1.1, 2.0), 0, 0, 0))
     for doubled, aligned in ((None, False), ((2.7, 0.0), False), (None, True)):
         evidence = SimpleNamespace(camera=SimpleNamespace(aligned=aligned), doubled=doubled, config=DepthConfig())
         validator = SimpleNamespace(evidence=evidence, once=lambda work, *sensors: work(None, *sensors))

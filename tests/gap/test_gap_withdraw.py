@@ -1,5 +1,6 @@
 """Causes that are withdrawn: they act elsewhere than the gap lies first, or are what registered frames leave."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -12,6 +13,7 @@ from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit import withdraw
 from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Score, Validator
@@ -40,6 +42,9 @@ def cut(axis: str, what: Any, share: float = 0.5) -> Cut:
 
 
 @pytest.mark.parametrize(
+    "pair", [("intrinsics", "extrinsic_rotation"), ("disparity_noise", "motion_noise")], ids=["biases", "noises"]
+)
+@pytest.mark.parametrize(
     ("alone", "left", "stays"),
     [
         ((3.0, 2.0), 0.5, False),
@@ -47,23 +52,49 @@ def cut(axis: str, what: Any, share: float = 0.5) -> Cut:
         ((0.8, 2.0), 0.5, True),  # the first comes nearer by itself
     ],
 )
-def test_biases_that_only_cancel_leave_next_to_nothing(
-    monkeypatch: pytest.MonkeyPatch, alone: tuple[float, float], left: float, stays: bool
+def test_two_of_a_kind_that_only_cancel_leave_next_to_nothing(
+    monkeypatch: pytest.MonkeyPatch, pair: tuple[str, str], alone: tuple[float, float], left: float, stays: bool
 ) -> None:
-    gaps = {(): 1.0, ("intrinsics",): alone[0], ("extrinsic_rotation",): alone[1]}
+    """As noise by motion in the place of the simulator's own does not."""
+    gaps = {(): 1.0, pair[:1]: alone[0], pair[1:]: alone[1]}
 
     def gap(effects: Any) -> float:
         named = tuple(effect.id for effect in effects if effect.id != "fill_rate")
         return gaps.get(named, 0.6)
 
     validator = cast("Validator", SimpleNamespace(evidence=VALIDATOR.evidence, quick=gap, once=lambda work, x: work(x)))
-    biased = {1: 1.0, 3: left}
-    monkeypatch.setattr(withdraw, "against", lambda effects: SimpleNamespace(whole=[biased[len(effects)]]))
-    given = selection("intrinsics", "fill_rate", "extrinsic_rotation")
-    found = withdraw.cancelling(validator, given)
-    kept = ["intrinsics", "fill_rate", "extrinsic_rotation"] if stays else ["fill_rate"]
+    wrong = {1: 1.0, 3: left}
+    monkeypatch.setattr(withdraw, "against", lambda effects: SimpleNamespace(whole=[wrong[len(effects)]] * 2))
+    found = withdraw.cancelling(validator, selection(pair[0], "fill_rate", pair[1]))
+    kept = [pair[0], "fill_rate", pair[1]] if stays else ["fill_rate"]
     assert [part.effect for part in found.model.parts] == kept
     assert [round(near.closed_fraction, 6) for near in found.nearest] == ([] if stays else [0.2, 0.2])
+
+
+@pytest.mark.parametrize(
+    ("gap", "rival", "marked", "stays"),
+    [
+        (0.83, 0.4, False, False),  # a name that happens to be near, when what it was found beside is gone
+        (0.6, 0.4, False, True),
+        (0.9, 0.98, False, True),  # little, and nothing else comes near
+        (0.83, 0.4, True, True),  # steps are made by nothing else
+    ],
+)
+def test_what_is_left_alone_is_asked_as_a_first_cause(
+    monkeypatch: pytest.MonkeyPatch, gap: float, rival: float, marked: bool, stays: bool
+) -> None:
+    monkeypatch.setattr(withdraw, "only_its_own", lambda *change: marked)
+    validator: Any = SimpleNamespace(
+        evidence=VALIDATOR.evidence, quick=lambda effects: gap if effects else 1.0,
+        score=lambda effects: SimpleNamespace(floor=0.0),
+    )  # fmt: skip
+    looked = ((Trial(selection("disparity_noise").model, rival), Trial(selection("material_dropout").model, 0.0)),)
+    given = replace(selection("material_dropout"), looked_at=looked)
+    found = withdraw.little(validator, given)
+    assert [part.effect for part in found.model.parts] == (["material_dropout"] if stays else [])
+    assert [near.why_not for near in found.nearest] == ([] if stays else ["closes too little by itself"])
+    both = selection("material_dropout", "fill_rate")
+    assert withdraw.little(validator, both) is both
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,8 @@ def explain(compared: Compared, without: Sequence[str], say: Say) -> tuple[Compa
     """
     compared, selection = _explained(compared, without, say)
     selection, poses_are_cause = _kept(compared, selection, say)
+    if not poses_are_cause:
+        selection = withdraw.little(compared.selecting, selection)
     compared.evidence.forget_totals()
     return (compared.from_recorded() if poses_are_cause else compared.from_reported()), selection, poses_are_cause
 

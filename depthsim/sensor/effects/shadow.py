@@ -147,6 +147,7 @@ class StereoShadow(Effect):
     axes = ("edge_distance", "pixel_neighbours")
     kinds = ("missing",)
     recording = "a near object before a far background"
+    besides = ("inside",)
     forms = ({"around": 0.0}, {"left": 0.0, "right": 0.0, "inside": 0.0})
 
     share: float = parameter(

@@ -122,6 +122,8 @@ def disagreement(
         rules.is_idle(validator, effect, before, after)
         or rules.is_alike_for_all(validator, effect, before, after)
         or rules.lacks_a_kind(validator, effect, before, after)
+        or rules.is_mostly_besides(validator, effect, before, after)
+        or rules.takes_all(validator, effect, before, after)
         or marks.unseen_step(validator, effect, before, after)
         or marks.holes_are_in_lines(validator, effect, after)
         or marks.brings_together(validator, effect, before, after)
@@ -133,8 +135,8 @@ def disagreement(
     well, all_of_it = (closed >= share * (was - least) for share in (limit.well, limit.nearly_all))
     asked = replace(_asked(validator, effect, before, after), alone=alone, flexible=flexible)
     why = _of_gap(replace(asked, closes_well=well, nearly_all=all_of_it))
-    if why is None and alone:
-        kept = (marks.comes_in_waves, marks.stays_at_pixels, marks.stays_in_scene)
+    if why is None and alone and asked.makes_first:
+        kept = (marks.comes_in_waves, marks.shifts_by_frame, marks.stays_at_pixels, marks.stays_in_scene)
         why = next(filter(None, (mark(validator, effect, after) for mark in kept)), None)
     is_first = tuple(before) == validator.evidence.base
     if why and is_first and not validator.score(after).stands_out(validator.config):  # nothing is left to disagree on

@@ -53,6 +53,12 @@ class Asked:
         return bool(learned_of(self.effect))
 
     @property
+    def makes_first(self) -> bool:
+        """Whether no other kind of its errors is more than the first: sunlight on a far wall may lose pixels only."""
+        made = [float(self.does.whole[KINDS.index(kind)]) for kind in self.effect.kinds if kind in KINDS]
+        return self.effect.kinds[0] not in KINDS or made[0] == max(made)
+
+    @property
     def own(self) -> NDArray[np.bool_]:
         """(axes,) whether it acts along an axis, or one of the two that are crossed."""
         return np.array([bool(axis.names & set(self.effect.axes)) for axis in self.validator.evidence.axes])

@@ -10,9 +10,11 @@ from depthsim.gap.depth.fit.hiding import beneath_a_filter, cancelling
 from depthsim.gap.depth.fit.in_one import law_in_place
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, is_filling
-from depthsim.gap.selection import closes_enough
+from depthsim.gap.selection import closes_enough, closes_enough_alone
 from depthsim.sensor.effect import effect_class
 from depthsim.sensor.parameter import learned_of
+
+_SMOOTHED = ("correlation", "spread")
 
 
 def grow(search: Search, chain: Chain) -> None:
@@ -109,8 +111,7 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         alike = [c for step in chain.looked[:1] for c in step if not _is_other_kind(trial, c)]
         rivals = [*others, *(c for c in alike if c.newest.effect != trial.newest.effect)]
         most = max((gap - c.gap for c in rivals), default=0.0)
-        share = gained / _closable(search, trial)
-        return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)
+        return closes_enough_alone(gained, most, _closable(search, trial), limit)
     # What is filled by another formula has no holes, and what is filled besides has fewer.
     if any(map(is_filling, chain.named)) and search.is_less(trial, GONE):
         return False
@@ -187,8 +188,9 @@ def _leaves_little_of_its_own(search: Search, chain: Chain, trial: Trial) -> boo
 
 def _formula_of(effect: str) -> Sequence[str]:
     """The kinds of error that an effect makes by a formula of its own; a filter takes spread away by one."""
-    kinds = effect_class(effect).kinds
-    return [kind for kind in kinds if kind == kinds[0] or (kinds[0], kind) == ("correlation", "spread")]
+    known = effect_class(effect)
+    first = known.kinds[0]
+    return [kind for kind in known.kinds if known.inseparable or kind == first or (first, kind) == _SMOOTHED]
 
 
 def _is_other_kind(one: Trial, other: Trial) -> bool:

@@ -143,6 +143,20 @@ def stays_at_pixels(validator: Validator, effect: type[Effect], after: Effects) 
     return "makes errors anew in every frame, and the recording's stay at their pixels"
 
 
+def shifts_by_frame(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
+    """Whether a noise, or what makes noise go together, is for errors by which whole frames are off, each by another.
+
+    Such as depth that is nearer while the camera turns to the left, as where its two imagers are exposed one after the
+    other: over all frames that is spread, which grows with the motion.
+    """
+    if effect.kinds[0] not in ("spread", "correlation"):
+        return None
+    recorded, simulated = validator.once(_held_recorded), validator.once(_held_simulated, after)
+    if recorded.shifted <= simulated.shifted + validator.evidence.config.agreement.shifted:
+        return None
+    return "makes errors pixel by pixel, and the recording's frames are off as a whole, each by another"
+
+
 def stays_in_scene(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
     """Whether a noise, or what makes noise go together, is for errors that surfaces carry with them over the picture.
 
@@ -236,12 +250,14 @@ def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
 class _Held(NamedTuple):
     """What holds errors where they are: waves, see :func:`strongest_wave`, their pixels, and their places in the scene.
 
-    All of one look at the pictures, which take longer to simulate than to be looked at.
+    And shifted: the standard deviation of the frames' mean signs. All of one look at the pictures, which take longer to
+    simulate than to be looked at.
     """
 
     wave: tuple[float, float]
     locked: float
     carried: float
+    shifted: float
 
 
 def _held_recorded(validator: Validator) -> _Held:
@@ -256,7 +272,10 @@ def _held_simulated(validator: Validator, effects: Effects) -> _Held:
 def _held(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> _Held:
     signs = list(_signs(validator, pictures))
     locked = locked_share(_far_apart(validator, signs))
-    return _Held(strongest_wave(signs), locked, carried_share(signs, validator.once(_seen_again)))
+    carried = carried_share(signs, validator.once(_seen_again))
+    return _Held(
+        strongest_wave(signs), locked, carried, float(np.std([one[one != 0].mean() for one in signs if one.any()]))
+    )
 
 
 def _seen_again(validator: Validator) -> list[SeenAgain]:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.fit.asked import WORDS, Asked
-from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, cost, done_by, worth_of
+from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, against, cost, done_by, holes_of, worth_of
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.parameter import learned_of
@@ -46,18 +46,57 @@ def is_alike_for_all(validator: Validator, effect: type[Effect], before: Effects
 
 
 def lacks_a_kind(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
-    """Whether an effect that makes several kinds of error together, as it is fitted, makes its first one alone.
+    """Whether an effect that makes several kinds of error together, as it is fitted, makes none of one.
 
-    Such as sunlight that loses no pixels, for more noise of another kind. What is done to the finished picture may have
-    filled the holes.
+    Such as sunlight that loses no pixels, for more noise of another kind, or has no noise where the recording has no
+    more than the simulator, for holes of another. What is done to the finished picture may have filled the holes.
     """
     there = any(effect.id == one.id for one in validator.evidence.base)
     if not effect.inseparable or there or after_camera(after):
         return None
-    whole = validator.once(done_by, before, after).whole
-    least = validator.evidence.config.agreement.inseparable * whole[ALL]
-    none = next((kind for kind in effect.kinds[1:] if whole[KINDS.index(kind)] < least), None)
-    return none and f"makes none of the {WORDS[none]} that go with its {WORDS[effect.kinds[0]]}"
+    least = validator.evidence.config.agreement.inseparable
+
+    def has(kind: str, whole: NDArray[np.float64]) -> bool:
+        return bool(whole[KINDS.index(kind)] >= least * whole[ALL])
+
+    does, first = validator.once(done_by, before, after).whole, effect.kinds[0]
+    none = next((kind for kind in effect.kinds if not has(kind, does)), None)
+    # Beside many holes some noise may not be found, or be named as another.
+    if none is None or (none == first and has(first, validator.once(against, validator.evidence.base).whole)):
+        return None
+    return f"makes none of the {WORDS[none]} that go with its {WORDS[next(k for k in effect.kinds if k != none)]}"
+
+
+def is_mostly_besides(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether an effect loses most pixels beside those that it is known by.
+
+    Such as a shadow that hardly loses the background, and all of the near things: they are lost by themselves.
+    """
+    if not effect.besides or any(effect.id == one.id for one in validator.evidence.base):
+        return None
+    less = {name: 0.0 for name in effect.besides}
+    itself = tuple(one.model_copy(update=less) if one.id == effect.id else one for one in after)
+    if itself == tuple(after):
+        return None
+    none, some, whole = (validator.once(holes_of, sensor) for sensor in (before, itself, after))
+    if some - none >= validator.evidence.config.agreement.mostly * (whole - none):
+        return None
+    return f"loses {(whole - some) / (whole - none):.0%} of its pixels by {' and '.join(effect.besides)} alone"
+
+
+def takes_all(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether the many pixels that the simulator loses anywhere are all there, and something else is left.
+
+    Hardly a sensor loses none: they have been filled, by a formula that what is left is of.
+    """
+    if effect.axes or effect.kinds != ("missing",) or all(effect.id != one.id for one in validator.evidence.base):
+        return None
+    without = validator.once(holes_of, [one for one in after if one.id != effect.id])
+    was, now = (validator.once(holes_of, one) - without for one in (before, after))
+    limit = validator.evidence.config.agreement
+    if was < limit.many_holes or now > limit.gone * was or not validator.score(after).stands_out(validator.config):
+        return None
+    return f"loses no pixel where the simulator loses {was:.0%}, which is filling rather"
 
 
 def shows_itself(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
@@ -244,22 +283,21 @@ def leaves_elsewhere(asked: Asked, k: int) -> str | None:
 
 
 def is_for_another_axis(asked: Asked, k: int) -> str | None:
-    """Whether an effect with many parameters follows a change along an axis by which it is not known, where its own
-    change less.
+    """Whether an effect follows a change along an axis by which it is not known, where its own change less.
 
-    Such as light from a side for noise that grows over the picture, where the camera hardly turns, or light from above
-    for noise that grows towards the floor.
+    With many parameters it comes near to nearly all of that, such as light from a side for noise that grows over the
+    picture, where the camera hardly turns, or light from above for noise that grows towards the floor. With few, such
+    as noise of a material that lies where the picture is noisy, it leaves much.
     """
-    limit, gap = asked.limit, asked.gap
+    limit, gap, named_by = asked.limit, asked.gap, asked.effect.axes[:1] if asked.flexible else asked.effect.axes
     sure, worth = worth_of(asked.validator, gap, k)
     first = int(np.argmax(worth))
-    own = (
-        np.array([bool(axis.names & set(asked.effect.axes[:1])) for axis in asked.validator.evidence.axes]) & asked.own
-    )
-    if not asked.flexible or own[first] or asked.others(first) or not sure[first]:
+    own = np.array([bool(axis.names & set(named_by)) for axis in asked.validator.evidence.axes]) & asked.own
+    if own[first] or not own.any() or asked.others(first) or not sure[first]:
         return None
     share = asked.surely_left(k, first)
-    if float(worth[own].max(initial=0.0)) >= limit.as_much * worth[first] or share <= limit.near_floor:
+    enough, most = (limit.as_much, limit.near_floor) if asked.flexible else (limit.beside, limit.left_of_noise)
+    if float(worth[own].max(initial=0.0)) >= enough * worth[first] or share <= most:
         return None
     return f"leaves {share:.0%} of how {asked.change_along(k, first)}, by which it is not known"
 

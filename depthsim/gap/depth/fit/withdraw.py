@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from depthsim.gap.depth.data.evidence import biases_of
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.agreement import is_uniform, left_along, left_of_change
+from depthsim.gap.depth.fit.asked import WORDS
 from depthsim.gap.depth.fit.changes import KINDS, against
 from depthsim.gap.depth.fit.marks import only_its_own
 from depthsim.gap.depth.fit.rules import PLACES
@@ -17,7 +18,7 @@ from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
 from depthsim.gap.diagnosis import Cut, Nearest
-from depthsim.gap.selection import Refused
+from depthsim.gap.selection import Refused, closes_enough_alone
 from depthsim.sensor.effect import Effect, effect_class
 from depthsim.sensor.effects.extrinsics import ExtrinsicRotation, ExtrinsicTranslation, TimeOffset
 from depthsim.sensor.parameter import learned_of
@@ -121,24 +122,28 @@ def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
 
 
 def cancelling(selecting: Validator, selection: Selection) -> Selection:
-    """Without two biases that do nothing but cancel, if they leave some of the biases all the same.
+    """Without two biases, or two noises, that do nothing but cancel, if they leave some of the gap of that kind.
 
     Neither alone, as it is fitted beside the other, comes nearer to the recording than none. So are a camera and its
-    mount that were calibrated together, which leave next to nothing; others come near to the shape of a third.
+    mount that were calibrated together, which leave next to nothing; others come near to the shape of a third. So is
+    noise by motion in the place of all other noise.
     """
     model, base = selection.model, selecting.evidence.base
-    biases = [k for k, one in enumerate(model.effects) if one.kinds[0] == "bias" and not learned_of(one)]
-    for one, other in combinations(biases, 2):
+    formulas = [(k, one.kinds[0]) for k, one in enumerate(model.effects) if not learned_of(one)]
+    alike = [(k, i, kind) for (k, kind), (i, other) in combinations(formulas, 2) if kind == other]
+    for one, other, kind in alike:
+        if kind not in ("bias", "spread"):
+            continue
         rest = model.less(other).less(one).build(base)
         without = selecting.quick(rest)
         alone = (model.parts[k].build(rest, model.split(model.x)[k]) for k in (one, other))
         if any(selecting.quick(effects) < without for effects in alone):
             continue
-        gap, left = (selecting.once(against, x).whole[KINDS.index("bias")] for x in (rest, model.build(base)))
+        gap, left = (selecting.once(against, x).whole[KINDS.index(kind)] for x in (rest, model.build(base)))
         if left > selecting.evidence.config.agreement.near_floor * gap:
             closes = (without - selecting.quick(model.build(base))) / 2
             for number, beside in ((other, one), (one, other)):  # the later one first, as those after it move up
-                why = f"does nothing but cancel {model.parts[beside].effect}, and some of the biases are left"
+                why = f"does nothing but cancel {model.parts[beside].effect}, and some of the {WORDS[kind]} are left"
                 selection = _less(selecting, selection, number, why, closes)
             return cancelling(selecting, selection)
     return selection
@@ -209,6 +214,24 @@ def acting_elsewhere(
             return selection
     why = f"does not act along {first.axis.replace('_', ' ')}, on which the gap lies first"
     return _refused(validator, selection, before, shares, why)
+
+
+def little(selecting: Validator, selection: Selection) -> Selection:
+    """Without the only cause that is left, if it closes too little for a first one: what it was found beside is none.
+
+    But for what makes steps, doubled rows or tiles.
+    """
+    if len(selection.model.parts) != 1 or _shows_for_sure(selecting, selection, 0):
+        return selection
+    base, cause = selecting.evidence.base, selection.model.effects[0]
+    before, after = selecting.quick(base), selecting.score(selection.model.build(base))
+    floor = after.floor if cause.kinds[0] == "correlation" else selecting.score(base).floor
+    first = (trial for step in selection.looked_at[:1] for trial in step)
+    most = max((before - one.gap for one in first if one.newest.effect != cause.id), default=0.0)
+    gained = _closes(selecting, selection, 0)
+    if closes_enough_alone(gained, most, before - floor, selecting.evidence.config.select):
+        return selection
+    return _less(selecting, selection, 0, "closes too little by itself")
 
 
 def _closes(selecting: Validator, selection: Selection, number: int) -> float:
