@@ -270,6 +270,7 @@ class DepthAgreement(Section):
     in_lines: float = _value(
         1.5, "times the variance of holes from row to row that a sensor has which loses pixels anywhere: more is lines"
     )
+    outliers_in_lines: float = _value(5.0, "the same of outliers, some of which lie at edges, and these in columns")
     steps: float = _value(0.1, "bits by which the phases of disparities must differ for their steps to be wrong")
     brought: float = _value(
         0.01,

@@ -1,17 +1,16 @@
-"""Holes that come in rows or columns, told from those that are drawn one by one."""
+"""Holes and outliers that come in rows or columns, told from those that are drawn one by one."""
 
 import numpy as np
 import pytest
 
-from depthsim.gap.depth.data.lines import holes_in_lines
+from depthsim.gap.depth.data.lines import far_off, in_lines
 
 SHAPE = (120, 160)
 
 
 def lines(rate: object, frames: int = 6) -> float:
     rng = np.random.default_rng(0)
-    pictures = (np.where(rng.random(SHAPE) < rate, 0, 1000).astype(np.uint16) for _ in range(frames))
-    return holes_in_lines((one, np.ones(SHAPE, np.bool_)) for one in pictures)
+    return in_lines((rng.random(SHAPE) < rate, np.ones(SHAPE, np.bool_)) for _ in range(frames))
 
 
 @pytest.mark.parametrize("rate", [0.003, 0.03, 0.3])
@@ -30,6 +29,20 @@ def test_every_sixth_line_that_loses_pixels_is_seen(down: bool) -> None:
 
 
 def test_without_a_hole_or_a_surface_there_are_no_lines() -> None:
-    some, nowhere = np.ones(SHAPE, np.uint16), np.zeros(SHAPE, np.bool_)
+    nowhere = np.zeros(SHAPE, np.bool_)
     assert lines(0.0) == 0
-    assert holes_in_lines([(some, nowhere), (some[:2], ~nowhere[:2])]) == 0
+    assert in_lines([(nowhere, nowhere), (nowhere[:2], ~nowhere[:2])]) == 0
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_outliers_of_every_other_column_come_in_lines(step: int) -> None:
+    """Told from noise that grows with the range; without a pixel that has depth there is none."""
+    rng = np.random.default_rng(1)
+    clean = np.tile(np.linspace(1.0, 4.0, SHAPE[0])[:, None], (1, SHAPE[1]))
+    off = (rng.random(SHAPE) < 0.1) & (np.arange(SHAPE[1]) % step == 0)
+    depth = 1 / (1 / clean + rng.normal(0, 0.003, SHAPE)) + np.where(off, 0.25 * clean, 0)
+    seen = rng.random(SHAPE) < 0.95
+    found = far_off(depth, clean, seen)
+    assert np.array_equal(found, off & seen)
+    assert (in_lines([(found, seen)]) > 5) == (step == 2)
+    assert not far_off(depth, clean, np.zeros(SHAPE, np.bool_)).any()

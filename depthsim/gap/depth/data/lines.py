@@ -1,4 +1,4 @@
-"""Holes that come in rows or columns: their share changes from one line to the next by more than chance."""
+"""Holes, or outliers, that come in rows or columns: their share changes from line to line by more than chance."""
 
 from collections.abc import Iterable
 
@@ -7,22 +7,32 @@ from numpy.typing import NDArray
 
 _LEAST = 20
 """Pixels of a line that could have depth, where it counts."""
+_FAR = 5 / 0.6745
+"""Of the median of what errors are off by, which is 0.6745 of a normal distribution's standard deviation."""
 
 
-def holes_in_lines(pictures: Iterable[tuple[NDArray[np.uint16], NDArray[np.bool_]]]) -> float:
-    """Variance of the share of holes from line to line, over that of holes drawn one by one; of rows or of columns.
+def in_lines(pictures: Iterable[tuple[NDArray[np.bool_], NDArray[np.bool_]]]) -> float:
+    """Variance of the share of some pixels from line to line, over that of pixels drawn one by one; of rows or columns.
 
-    pictures: (height, width) as they are stored, each with where a surface is seen. What changes slowly over the
-    picture is left out: of each line that is looked at which is beside the mean of its neighbours.
+    pictures: (height, width) which pixels they are, such as holes, each with those that could be. What changes slowly
+    over the picture is left out: of each line that is looked at which is beside the mean of its neighbours.
     """
     seen, expected = np.zeros(2), np.zeros(2)
-    for units, surface in pictures:
+    for some, surface in pictures:
         for axis in (0, 1):
-            pixels, holes = surface.sum(axis=1 - axis), (surface & (units == 0)).sum(axis=1 - axis)
-            rate = float(holes.sum()) / max(float(pixels.sum()), 1.0)
-            share, per = holes / np.maximum(pixels, 1), 1 / np.maximum(pixels, 1)
+            pixels, marked = surface.sum(axis=1 - axis), (surface & some).sum(axis=1 - axis)
+            rate = float(marked.sum()) / max(float(pixels.sum()), 1.0)
+            share, per = marked / np.maximum(pixels, 1), 1 / np.maximum(pixels, 1)
             three = np.minimum(np.minimum(pixels[:-2], pixels[2:]), pixels[1:-1]) >= _LEAST
             beside = share[1:-1] - (share[:-2] + share[2:]) / 2
             seen[axis] += float((beside**2)[three].sum())
             expected[axis] += rate * (1 - rate) * float((per[1:-1] + (per[:-2] + per[2:]) / 4)[three].sum())
     return float((seen / np.maximum(expected, 1e-12)).max())
+
+
+def far_off(depth: NDArray[np.float64], clean: NDArray[np.float64], seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(height, width) where the disparity is off by more than five times its spread. seen: pixels that have depth."""
+    error = np.divide(1.0, depth, out=np.zeros_like(depth), where=seen)
+    error -= np.divide(1.0, clean, out=np.zeros_like(clean), where=seen)
+    beside = np.abs(error - np.median(error[seen])) if seen.any() else error
+    return seen & (beside > _FAR * np.median(beside[seen])) if seen.any() else seen

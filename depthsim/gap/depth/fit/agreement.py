@@ -125,7 +125,7 @@ def disagreement(
         or rules.is_mostly_besides(validator, effect, before, after)
         or rules.takes_all(validator, effect, before, after)
         or marks.unseen_step(validator, effect, before, after)
-        or marks.holes_are_in_lines(validator, effect, after)
+        or marks.come_in_lines(validator, effect, after)
         or marks.brings_together(validator, effect, before, after)
         or (marks.acts_on_another(validator, effect, before, after) if alone else None)
     ):

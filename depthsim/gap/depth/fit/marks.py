@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from depthsim.draws import Seed
 from depthsim.gap.depth.data.doubling import line_of
-from depthsim.gap.depth.data.lines import holes_in_lines
+from depthsim.gap.depth.data.lines import far_off, in_lines
 from depthsim.gap.depth.data.locked import SeenAgain, carried_share, locked_share, seen_again
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.tiles import find_tiles
@@ -73,14 +73,17 @@ def unseen_step(validator: Validator, effect: type[Effect], before: Effects, aft
     return f"makes steps of {step:.3g} px, and the recording has none"
 
 
-def holes_are_in_lines(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
-    """Whether an effect loses pixels anywhere, one by one, where the recording's holes come in rows or columns."""
-    if effect.axes or effect.kinds[0] != "missing":
+def come_in_lines(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
+    """Whether an effect loses or misplaces pixels anywhere, one by one, and the recording's come in rows or columns."""
+    kind, limit = effect.kinds[0], validator.evidence.config.agreement
+    most = {"missing": limit.in_lines, "tail": limit.outliers_in_lines}.get(kind)
+    if effect.axes not in ((), ("residual_tail",)) or most is None:
         return None
-    usual = max(validator.once(_lines_simulated, after), 1.0)
-    if validator.once(_lines_recorded) <= validator.evidence.config.agreement.in_lines * usual:
+    usual = max(validator.once(_lines_simulated, after)[kind], 1.0)
+    if validator.once(_lines_recorded)[kind] <= most * usual:
         return None
-    return "loses pixels one by one, and the recording's holes come in rows or columns"
+    does, what = ("loses", "holes") if kind == "missing" else ("misplaces", "outliers")
+    return f"{does} pixels one by one, and the recording's {what} come in rows or columns"
 
 
 def brings_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
@@ -227,15 +230,24 @@ def _tiles(validator: Validator, effects: Effects) -> int | None:
     return find_tiles(validator.evidence.pictures(effects, b, Seed("tiles"))[0] for b in validator.few)
 
 
-def _lines_recorded(validator: Validator) -> float:
-    evidence, seen = validator.evidence, validator.once(_surfaces)
-    return holes_in_lines((evidence.recorded(i), surface) for i, surface in seen.items())
+def _lines_recorded(validator: Validator) -> dict[str, float]:
+    return _lines(validator, (validator.evidence.recorded(i) for i in validator.once(_surfaces)))
 
 
-def _lines_simulated(validator: Validator, effects: Effects) -> float:
-    evidence, seen = validator.evidence, validator.once(_surfaces)
-    shown = (evidence.pictures(effects, b, Seed("lines")) for b in validator.few)
-    return holes_in_lines(zip((picture for pictures in shown for picture in pictures), seen.values(), strict=True))
+def _lines_simulated(validator: Validator, effects: Effects) -> dict[str, float]:
+    shown = (validator.evidence.pictures(effects, b, Seed("lines")) for b in validator.few)
+    return _lines(validator, (picture for pictures in shown for picture in pictures))
+
+
+def _lines(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> dict[str, float]:
+    """How far holes and outliers come in lines, see :func:`in_lines`, by the kind of error."""
+    evidence, holes, outliers = validator.evidence, [], []
+    for (i, surface), units in zip(validator.once(_surfaces).items(), pictures, strict=True):
+        there, clean = surface & (units > 0), evidence.frames[i].geometry.depth.astype(np.float64)
+        depth = units.astype(np.float64) * evidence.camera.depth_scale
+        holes.append((units == 0, surface))
+        outliers.append((far_off(depth, clean, there), there))
+    return {"missing": in_lines(holes), "tail": in_lines(outliers)}
 
 
 def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
