@@ -502,18 +502,20 @@ def test_holes_beside_light_are_holes_beside_holes() -> None:
     assert grow._formula_of("range_dropout") == ["missing"]
 
 
-def test_a_fit_begins_on_the_right_side_however_much_too_strong() -> None:
-    """Of two places it begins at the one that leads to the recording, and not at the one that does less harm."""
-    candidate = Candidate(
-        "ambient_light", (Free("azimuth", -180, 180, log=False, step=1.0),), {}, ((-90.0,), (90.0,)),
-    )  # fmt: skip
-    shows = {-90.0: np.array([0.0, 0.5]), 90.0: np.array([9.0, 0.0])}
-    here, target = np.zeros(2), np.array([1.0, 0.0])
+@pytest.mark.parametrize("nothing", [False, True])
+def test_a_fit_begins_on_the_right_side_however_much_too_strong(nothing: bool) -> None:
+    """Of two places it begins at the one that leads to the recording, and not at the one that does less harm.
+
+    But at one that does nothing, if there is one: slopes are known there.
+    """
+    azimuth = Free("azimuth", -180, 180, log=False, step=1.0)
+    candidate = Candidate("ambient_light", (azimuth,), {}, ((-90.0,), (90.0,), *([(0.0,)] if nothing else [])))
+    shows = {-90.0: np.array([0.0, 0.5]), 90.0: np.array([9.0, 0.0]), 0.0: np.zeros(2)}
 
     def roots(effects: Any) -> Any:
         return shows[effects[-1].azimuth]
 
-    found, gain = optimize.starts(candidate, (), here, target, roots)
-    assert [float(place.x[0]) for place in found] == [90.0, -90.0]
-    assert [place.loss for place in found] == [64.0, 1.25]
-    assert gain == 1.0
+    found, gain = optimize.starts(candidate, (), np.zeros(2), np.array([1.0, 0.0]), roots)
+    assert [float(place.x[0]) for place in found] == ([0.0, 90.0, -90.0] if nothing else [90.0, -90.0])
+    assert [place.loss for place in found[-2:]] == [64.0, 1.25]
+    assert gain == (np.inf if nothing else 1.0)

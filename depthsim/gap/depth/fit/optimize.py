@@ -15,6 +15,9 @@ Floats = NDArray[np.float64]
 Roots = Callable[[tuple[Effect, ...]], Floats]
 _COMB = tuple(sign * move for move in (0.02, 0.04, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0) for sign in (1, -1))
 """Moves by which other minima near one are found, in changes that matter."""
+_BEYOND, _MUCH = 0.05, 0.5
+"""The part of the way to a place where a fit may begin, by less of which it is far beyond the recording; and of what
+another place promises, so much of which is enough where it is nearer."""
 _DAMPED, _AS_PROMISED = 0.01, 0.8
 """A step that is damped by less, and takes off what the slopes promise, to this share, ends where they have their
 least: twice as long a one would take off nothing."""
@@ -88,12 +91,14 @@ def starts(
 ) -> tuple[list[Model], float]:
     """The places where a candidate begins, best first, and what of the loss any of them would take off, going on.
 
-    The best one is that which leaves least somewhere on the way to it: light from the right side that is much too
-    strong leaves more than such from another side, where little is lit.
+    The best one is the nearest to the recording, unless another promises much more somewhere on the way to it: light
+    from the right side that is much too strong is further off than such from another side, where little is lit. In
+    that order the others follow. What is far beyond the recording promises nothing, and where a candidate may begin
+    with nothing slopes are known there.
 
     here: what ``base`` does, without it. Where a candidate begins with nothing, that is not known: infinite.
     """
-    tries, gains = [], []
+    tries, gains, promised = [], [], []
     for values in candidate.starts:
         x = candidate.encode(values)
         there = roots(candidate.build(base, x))
@@ -101,8 +106,13 @@ def starts(
         size, toward = float((done * done).sum()), float((done * (target - here)).sum())  # no BLAS, see refine
         gains.append(toward**2 / size if size > 0 else np.inf)
         part = min(max(toward / size, 0.0), 1.0) if size > 0 else 0.0
-        tries.append((part * (part * size - 2 * toward), Model((candidate,), x, loss(target, there))))
-    return [model for _, model in sorted(tries, key=lambda one: one[0])], max(gains)
+        tries.append(Model((candidate,), x, loss(target, there)))
+        promised.append(part * (2 * toward - part * size) if part > _BEYOND else 0.0)
+    nearest = min(range(len(tries)), key=lambda k: tries[k].loss)
+    if np.inf in gains or loss(target, here) - tries[nearest].loss >= _MUCH * max(promised):
+        promised[nearest] = np.inf
+    order = sorted(range(len(tries)), key=lambda k: (-promised[k], tries[k].loss))
+    return [tries[k] for k in order], max(gains)
 
 
 def refine(

@@ -362,9 +362,13 @@ class Search(Fitting):
         known = [k for k in open_to if _is_known_by(self.bank[k].effect, first)]  # however far off they begin
         open_to = sorted({*worth_a_look({k: begun[k][1] for k in open_to}, most), *known})
         best: dict[tuple[str, bool, str], Model] = {}
-        refined = self.evidence.side_by_side(
-            lambda k: refine(begun[k][0][0], base, target, roots, self.config.fit, 1), open_to
-        )
+        without, fit = loss(target, here), self.config.fit
+
+        def come_nearer(k: int) -> Model:
+            place = begun[k][0][0]
+            return refine(place, base, target, roots, fit, 1 if place.loss <= without else fit.rounds_from_beyond)
+
+        refined = self.evidence.side_by_side(come_nearer, open_to)
         for number, model in zip(open_to, refined, strict=True):
             candidate = self.bank[number]
             form = repr(candidate.fixed) if effect_class(candidate.effect).exact else ""
