@@ -285,9 +285,8 @@ def _held(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> _Held
     signs = list(_signs(validator, pictures))
     locked = locked_share(_far_apart(validator, signs))
     carried = carried_share(signs, validator.once(_seen_again))
-    return _Held(
-        strongest_wave(signs), locked, carried, float(np.std([one[one != 0].mean() for one in signs if one.any()]))
-    )
+    sides = [float(one[one != 0].mean()) for one in signs if one.any()]
+    return _Held(strongest_wave(signs), locked, carried, float(np.std(sides or [0.0])))
 
 
 def _seen_again(validator: Validator) -> list[SeenAgain]:

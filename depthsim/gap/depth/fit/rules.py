@@ -79,7 +79,7 @@ def is_mostly_besides(validator: Validator, effect: type[Effect], before: Effect
     if itself == tuple(after):
         return None
     none, some, whole = (validator.once(holes_of, sensor) for sensor in (before, itself, after))
-    if some - none >= validator.evidence.config.agreement.mostly * (whole - none):
+    if whole <= none or some - none >= validator.evidence.config.agreement.mostly * (whole - none):
         return None
     return f"loses {(whole - some) / (whole - none):.0%} of its pixels by {' and '.join(effect.besides)} alone"
 
