@@ -51,7 +51,7 @@ def closes_enough(gained: float, left: float, whole: float, faint: float, limit:
 def closes_enough_alone(gained: float, most: float, whole: float, limit: DepthSelect) -> bool:
     """Whether what a first cause closes is enough for a name: much of the gap, or some and no other comes near.
 
-    most: what another of its kind closes.
+    most: what another one closes that might be named in its place.
     """
     share = gained / max(whole, 1e-12)
     return share >= limit.first or (share >= limit.first_apart and gained >= limit.first_apart_times * most)

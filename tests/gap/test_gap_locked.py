@@ -1,7 +1,7 @@
 """Errors that stay at their pixels, or at their places in the scene, are told from noise."""
 
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -84,6 +84,17 @@ def test_what_stays_at_its_pixel_is_not_carried() -> None:
     assert sum(len(pair.here) for pair in seen_again(frames)) > 1000
 
 
+def held(how: str, recorded: float, simulated: float) -> Validator:
+    """By which the recording's errors are held in one way so much, and the simulator's."""
+    none = marks._Held((0, 0), 0, 0, 0)
+    known: dict[Any, marks._Held] = {
+        marks._held_recorded: none._replace(**{how: recorded}),
+        marks._held_simulated: none._replace(**{how: simulated}),
+    }
+    evidence = SimpleNamespace(config=DepthConfig())
+    return cast(Validator, SimpleNamespace(evidence=evidence, once=lambda work, *_: known[work]))
+
+
 @pytest.mark.parametrize(
     ("effect", "recorded", "simulated", "refused"),
     [
@@ -98,13 +109,7 @@ def test_what_stays_at_its_pixel_is_not_carried() -> None:
 def test_noise_is_no_cause_of_errors_of_the_scene(
     effect: str, recorded: float, simulated: float, refused: bool
 ) -> None:
-    known = {
-        marks._held_recorded: marks._Held((0, 0), 0, recorded, 0),
-        marks._held_simulated: marks._Held((0, 0), 0, simulated, 0),
-    }
-    validator = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig()), once=lambda work, *_: known[work])
-    why = marks.stays_in_scene(cast(Validator, validator), effect_class(effect), ())
-    assert (why is not None) == refused
+    assert (marks.stays_in_scene(held("carried", recorded, simulated), effect_class(effect), ()) is not None) == refused
 
 
 @pytest.mark.parametrize(
@@ -120,13 +125,7 @@ def test_noise_is_no_cause_of_errors_of_the_scene(
     ],
 )
 def test_noise_is_no_cause_of_errors_that_stay(effect: str, recorded: float, simulated: float, refused: bool) -> None:
-    known = {
-        marks._held_recorded: marks._Held((0, 0), recorded, 0, 0),
-        marks._held_simulated: marks._Held((0, 0), simulated, 0, 0),
-    }
-    validator = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig()), once=lambda work, *_: known[work])
-    why = marks.stays_at_pixels(cast(Validator, validator), effect_class(effect), ())
-    assert (why is not None) == refused
+    assert (marks.stays_at_pixels(held("locked", recorded, simulated), effect_class(effect), ()) is not None) == refused
 
 
 @pytest.mark.parametrize(
@@ -142,10 +141,6 @@ def test_noise_is_no_cause_of_errors_that_stay(effect: str, recorded: float, sim
 def test_noise_is_no_cause_of_frames_that_are_off_as_a_whole(
     effect: str, recorded: float, simulated: float, refused: bool
 ) -> None:
-    known = {
-        marks._held_recorded: marks._Held((0, 0), 0, 0, recorded),
-        marks._held_simulated: marks._Held((0, 0), 0, 0, simulated),
-    }
-    validator = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig()), once=lambda work, *_: known[work])
-    why = marks.shifts_by_frame(cast(Validator, validator), effect_class(effect), ())
-    assert (why is not None) == refused
+    assert (
+        marks.shifts_by_frame(held("shifted", recorded, simulated), effect_class(effect), ()) is not None
+    ) == refused

@@ -32,7 +32,9 @@ def in_lines(pictures: Iterable[tuple[NDArray[np.bool_], NDArray[np.bool_]]]) ->
 
 def far_off(depth: NDArray[np.float64], clean: NDArray[np.float64], seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(height, width) where the disparity is off by more than five times its spread. seen: pixels that have depth."""
+    if not seen.any():
+        return seen
     error = np.divide(1.0, depth, out=np.zeros_like(depth), where=seen)
     error -= np.divide(1.0, clean, out=np.zeros_like(clean), where=seen)
-    beside = np.abs(error - np.median(error[seen])) if seen.any() else error
-    return seen & (beside > _FAR * np.median(beside[seen])) if seen.any() else seen
+    beside = np.abs(error - np.median(error[seen]))
+    return seen & (beside > _FAR * np.median(beside[seen]))

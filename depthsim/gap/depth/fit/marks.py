@@ -1,5 +1,5 @@
-"""Marks that pictures have of some effects alone: steps, doubled rows, lines of holes, waves, neighbours alike, errors
-that stay at their pixels or in the scene, and pixels that an effect changes by itself."""
+"""Marks that pictures have of some effects alone: steps, doubled rows, holes and outliers in lines, waves, neighbours
+alike, errors that stay at their pixels, in the scene or in a frame, and pixels that an effect changes by itself."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
