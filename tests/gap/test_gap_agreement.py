@@ -17,7 +17,7 @@ from depthsim.gap import diagnose
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.histograms import ERROR_HOLE
 from depthsim.gap.depth.data.load import load_evidence
-from depthsim.gap.depth.fit import agreement, marks, rules
+from depthsim.gap.depth.fit import agreement, itself, marks, rules
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import KINDS, Changes, _scaled, less_others
 from depthsim.gap.depth.fit.search import worth_a_look
@@ -553,9 +553,9 @@ def test_a_factor_that_is_alike_for_all_materials_is_none_of_theirs(
     does = changes(SPREAD, 1.0, [varies / 2, varies, 0])
     evidence = SimpleNamespace(axes=AXES, config=DepthConfig())
     validator = cast("Validator", SimpleNamespace(evidence=evidence, once=lambda work, before, after: does))
-    why = rules.is_alike_for_all(validator, noise, (noise(),), (noise(m={"wood": 0.5}, gain=gain),))
+    why = itself.is_alike_for_all(validator, noise, (noise(),), (noise(m={"wood": 0.5}, gain=gain),))
     assert (why is not None) == refused
-    assert rules.is_alike_for_all(validator, effect_class("fill_rate"), (), ()) is None
+    assert itself.is_alike_for_all(validator, effect_class("fill_rate"), (), ()) is None
 
 
 def of_both(spread: float, holes: float) -> Changes:
@@ -577,10 +577,10 @@ def test_light_that_makes_noise_loses_pixels_too(effect: str, holes: float, late
     both = of_both(0.5, holes)
     validator = cast("Validator", seen_by(both, both))
     kind, after = effect_class(effect), tuple(effect_class(name)() for name in (effect, *later))
-    why = rules.lacks_a_kind(validator, kind, after[1:], after)
+    why = itself.lacks_a_kind(validator, kind, after[1:], after)
     assert (why is not None) == (effect == "ambient_light" and not holes and not later)
     validator.evidence.base = (kind(),)  # whose noise alone may be wrong
-    assert rules.lacks_a_kind(validator, kind, after[1:], after) is None
+    assert itself.lacks_a_kind(validator, kind, after[1:], after) is None
 
 
 @pytest.mark.parametrize(("made", "recorded", "none"), [(0.001, 0.001, True), (0.02, 0.001, False), (0.0, 0.02, False)])
@@ -588,7 +588,7 @@ def test_light_that_loses_pixels_makes_noise_too(made: float, recorded: float, n
     """If the recording has some: a material that loses pixels is lit from no side. Beside many it may be missed."""
     validator = cast("Validator", seen_by(of_both(made, 1.0), of_both(recorded, 1.0)))
     light = effect_class("ambient_light")
-    why = rules.lacks_a_kind(validator, light, (), (light(),))
+    why = itself.lacks_a_kind(validator, light, (), (light(),))
     assert why == ("makes none of the spreads that go with its holes" if none else None)
 
 
@@ -612,11 +612,11 @@ def test_a_shadow_is_lost_of_the_background_mostly(inside: float, made: float, r
         return holes[effects[-1].inside] if effects else 0.01
 
     validator: Any = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig(), base=()), once=once)
-    why = rules.is_mostly_besides(validator, shadow, (), (shadow(inside=inside),))
+    why = itself.is_mostly_besides(validator, shadow, (), (shadow(inside=inside),))
     assert why == ("loses 75% of its pixels by inside alone" if refused else None)
-    assert rules.is_mostly_besides(validator, effect_class("fill_rate"), (), ()) is None
+    assert itself.is_mostly_besides(validator, effect_class("fill_rate"), (), ()) is None
     validator.once = lambda work, effects: 0.01 if effects else 0.02  # fewer holes than without it, by chance
-    assert rules.is_mostly_besides(validator, shadow, (), (shadow(inside=inside),)) is None
+    assert itself.is_mostly_besides(validator, shadow, (), (shadow(inside=inside),)) is None
 
 
 @pytest.mark.parametrize(
@@ -636,7 +636,7 @@ def test_hardly_a_sensor_loses_no_pixel(was: float, now: float, stands_out: bool
         evidence=evidence, config=DepthConfig().significance, once=lambda work, x: 0.02 + sum(one.rate for one in x),
         score=lambda effects: SimpleNamespace(stands_out=lambda limit: stands_out),
     )  # fmt: skip
-    why = rules.takes_all(validator, effect_class(effect), (before,), (after,))
+    why = itself.takes_all(validator, effect_class(effect), (before,), (after,))
     assert why == ("loses no pixel where the simulator loses 11%, which is filling rather" if refused else None)
 
 

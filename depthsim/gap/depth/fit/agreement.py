@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from depthsim.gap.depth.fit import marks, rules
+from depthsim.gap.depth.fit import itself, marks, rules
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import (
     ALL,
@@ -119,11 +119,11 @@ def disagreement(
     if marks.only_its_own(validator, effect, before, after):
         return None
     if why := (
-        rules.is_idle(validator, effect, before, after)
-        or rules.is_alike_for_all(validator, effect, before, after)
-        or rules.lacks_a_kind(validator, effect, before, after)
-        or rules.is_mostly_besides(validator, effect, before, after)
-        or rules.takes_all(validator, effect, before, after)
+        itself.is_idle(validator, effect, before, after)
+        or itself.is_alike_for_all(validator, effect, before, after)
+        or itself.lacks_a_kind(validator, effect, before, after)
+        or itself.is_mostly_besides(validator, effect, before, after)
+        or itself.takes_all(validator, effect, before, after)
         or marks.unseen_step(validator, effect, before, after)
         or marks.come_in_lines(validator, effect, after)
         or marks.brings_together(validator, effect, before, after)

@@ -11,6 +11,7 @@ from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_a
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import first_axes, holes_lie_apart
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
+from depthsim.gap.depth.fit.itself import is_idle, shows_itself
 from depthsim.gap.depth.fit.marks import (
     brings_together,
     comes_in_waves,
@@ -19,7 +20,6 @@ from depthsim.gap.depth.fit.marks import (
     stays_at_pixels,
 )
 from depthsim.gap.depth.fit.optimize import Model, loss, refine, starts
-from depthsim.gap.depth.fit.rules import is_idle, shows_itself
 from depthsim.gap.selection import plainest
 from depthsim.sensor.effect import Effect, Stage, effect_class
 

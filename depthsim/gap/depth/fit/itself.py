@@ -1,0 +1,110 @@
+"""What an effect must be, as it is fitted, to be itself: each rule gives the reason why it is not in words, or None."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthsim.gap.depth.data import histograms
+from depthsim.gap.depth.fit.asked import WORDS
+from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, against, done_by, holes_of
+from depthsim.gap.depth.fit.validate import Validator
+from depthsim.sensor.effect import Effect
+from depthsim.sensor.pipeline import after_camera
+
+
+def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether an effect that the sensor has not, as it is fitted, changes nothing along the axis it is known by.
+
+    Such as a drift over time that has come to its end with the first frame: any bias along range does as well.
+    """
+    if effect.kinds[0] not in ("bias", "missing"):
+        return None  # noise is much the same all over where a camera moves evenly, or sees what is alike
+    there = any(effect.id == one.id for one in validator.evidence.base)
+    if there or shows_itself(validator, effect, before, after):
+        return None
+    return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
+
+
+def is_alike_for_all(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether a factor of each material is much the same for all: such as the spread that a filter takes away."""
+    if not effect.gain_of_material:
+        return None
+    was, now = ([getattr(one, effect.gain_of_material) for one in s if one.id == effect.id] for s in (before, after))
+    if (was or [{}]) == now:
+        return None
+    k, axes = KINDS.index(effect.kinds[0]), validator.evidence.axes
+    does = validator.once(done_by, before, after)
+    own = [n for n, axis in enumerate(axes) if axis.kind == histograms.ERROR and axis.names <= set(effect.axes)]
+    varies = float(does.varies[k, own].max(initial=0.0))
+    if varies >= validator.evidence.config.agreement.of_material * float(does.whole[k]):
+        return None
+    return f"changes {WORDS[KINDS[k]]} by much the same on all materials"
+
+
+def lacks_a_kind(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether an effect that makes several kinds of error together, as it is fitted, makes none of one.
+
+    Such as sunlight that loses no pixels, for more noise of another kind, or has no noise where the recording has no
+    more than the simulator, for holes of another. What is done to the finished picture may have filled the holes.
+    """
+    there = any(effect.id == one.id for one in validator.evidence.base)
+    if not effect.inseparable or there or after_camera(after):
+        return None
+    least = validator.evidence.config.agreement.inseparable
+
+    def has(kind: str, whole: NDArray[np.float64]) -> bool:
+        return bool(whole[KINDS.index(kind)] >= least * whole[ALL])
+
+    does, first = validator.once(done_by, before, after).whole, effect.kinds[0]
+    none = next((kind for kind in effect.kinds if not has(kind, does)), None)
+    # Beside many holes some noise may not be found, or be named as another.
+    if none is None or (none == first and has(first, validator.once(against, validator.evidence.base).whole)):
+        return None
+    return f"makes none of the {WORDS[none]} that go with its {WORDS[next(k for k in effect.kinds if k != none)]}"
+
+
+def is_mostly_besides(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether an effect loses most pixels beside those that it is known by.
+
+    Such as a shadow that hardly loses the background, and all of the near things: they are lost by themselves.
+    """
+    if not effect.besides or any(effect.id == one.id for one in validator.evidence.base):
+        return None
+    less = {name: 0.0 for name in effect.besides}
+    itself = tuple(one.model_copy(update=less) if one.id == effect.id else one for one in after)
+    if itself == tuple(after):
+        return None
+    none, some, whole = (validator.once(holes_of, sensor) for sensor in (before, itself, after))
+    if whole <= none or some - none >= validator.evidence.config.agreement.mostly * (whole - none):
+        return None
+    return f"loses {(whole - some) / (whole - none):.0%} of its pixels by {' and '.join(effect.besides)} alone"
+
+
+def takes_all(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether the many pixels that the simulator loses anywhere are all there, and something else is left.
+
+    Hardly a sensor loses none: they have been filled, by a formula that what is left is of.
+    """
+    if effect.axes or effect.kinds != ("missing",) or all(effect.id != one.id for one in validator.evidence.base):
+        return None
+    without = validator.once(holes_of, [one for one in after if one.id != effect.id])
+    was, now = (validator.once(holes_of, one) - without for one in (before, after))
+    limit = validator.evidence.config.agreement
+    if was < limit.many_holes or now > limit.gone * was or not validator.score(after).stands_out(validator.config):
+        return None
+    return f"loses no pixel where the simulator loses {was:.0%}, which is filling rather"
+
+
+def shows_itself(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether an effect, as it is fitted, changes something along the axis it is known by, if that is seen at all."""
+    if not effect.axes or effect.axes[0] == "range":
+        return True
+    does = validator.once(done_by, before, after)
+    own = known_by(validator, effect)
+    least = validator.evidence.config.agreement.known_by * float(does.whole[ALL])
+    return not own or float(does.varies[ALL, own].max()) >= least
+
+
+def known_by(validator: Validator, effect: type[Effect]) -> list[int]:
+    """The cuts of errors along the axis that an effect is known by."""
+    axes = enumerate(validator.evidence.axes)
+    return [n for n, axis in axes if (axis.name,) == effect.axes[:1] and axis.kind == histograms.ERROR]
