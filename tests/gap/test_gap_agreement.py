@@ -222,6 +222,21 @@ def test_where_all_at_edges_is_closed_the_tails_there_are_for_the_formula(left: 
     assert (why is None) == closed, why
 
 
+@given(st.floats(0, 0.02), st.floats(0, 0.2), st.floats(0, 1))
+def test_medians_that_hardly_move_at_edges_say_nothing_of_their_shape(there: float, left: float, still: float) -> None:
+    """Less than half of what is near an edge is foreground: only the spread shows it, unless fits move the medians."""
+    bound = DepthConfig().agreement
+    one = at_edges(asked("edge_fattening", *(changes(BIAS, 0.0, [b, 0, 0]) for b in (there, left, 0.0625))))
+    for part, spread in ((one.gap, 0.25), (one.left, 0.25 * still), (one.does, 0.25)):
+        part.varies[SPREAD, 0] = part.varies[ALL, 0] = spread
+    hardly, closes = max(there, left) <= bound.known_by * 0.25, still <= bound.left_along
+    assert rules.is_little(one, BIAS) == (hardly and closes)
+    if hardly and closes:
+        assert agreement._of_gap(replace(one, alone=False)) is None
+    elif left > bound.known_by:
+        assert agreement._of_gap(replace(one, alone=False)) is not None
+
+
 @given(st.floats(0, 0.2), st.floats(0, 1))
 def test_outliers_anywhere_lie_away_from_the_edges_too(anywhere: float, left: float) -> None:
     """False matches beside pixels in between, of which another formula leaves some along the edges."""

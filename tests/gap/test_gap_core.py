@@ -356,6 +356,13 @@ def test_a_factor_begins_at_each_material_in_turn(profile: str) -> None:
     assert louder and all(c.starts == ((0, 0, 0), (3, 0, 0), (0, 3, 0), (0, 0, 3)) for c in louder)
 
 
+def test_whole_numbers_of_an_effect_that_there_is_begin_at_others_too() -> None:
+    setting = Setting(("cement",), np.linspace(0.5, 5, 12), 3.0, load_materials())
+    (window,) = (one for one in candidates(load_profile("d435").effects, setting) if one.effect == "matching_window")
+    assert [free.label for free in window.free] == ["radius", "step"]
+    assert window.starts == ((4, 4), (2, 4), (7, 4))
+
+
 @given(st.floats(-1, 2))
 def test_parameters_survive_their_encoding(share: float) -> None:
     setting = Setting(("cement",), np.linspace(0.5, 5, 12), 3.0, load_materials())

@@ -158,6 +158,8 @@ def _answers(asked: Asked, k: int) -> bool:
     """Whether a kind of gap is one that the effect makes, and makes much of."""
     kind, effect, least = KINDS[k], asked.effect, asked.limit.acts
     primary = kind == effect.kinds[0]
+    if rules.is_little(asked, k):
+        return False
     if asked.learned and not primary and any(cause.kinds[0] == kind for cause in asked.named):
         return False  # what is left is by the formula of that one
     if kind == "tail":  # edges that lie elsewhere make tails, too

@@ -175,6 +175,7 @@ def _change(effect: Effect, setting: Setting, config: DepthFit, held: Mapping[st
     if len(free) == 1 and free[0].log:
         starts += [(start[0] * k,) for k in (0.2, 3)]
     starts += _one_by_one(start, free, parameters_of(type(effect)), setting)
+    starts += _whole_numbers(start, free, parameters_of(type(effect)), setting)
     fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
     return Candidate(effect.id, free, fixed, tuple(starts))
 
@@ -239,6 +240,19 @@ def _one_by_one(
         for k, f in enumerate(free)
         if known[f.name].by_material
         for value in _begin(known[f.name], f, setting)[1:]
+    )
+
+
+def _whole_numbers(
+    start: tuple[float, ...], free: Sequence[Free], known: Mapping[str, Parameter], setting: Setting
+) -> tuple[tuple[float, ...], ...]:
+    """``start`` with one whole number at a time at its other values, which have no slope that leads to them."""
+    return tuple(
+        (*start[:k], value, *start[k + 1 :])
+        for k, f in enumerate(free)
+        if f.whole
+        for value in _begin(known[f.name], f, setting)
+        if value != start[k]
     )
 
 

@@ -77,6 +77,16 @@ def _lies_by_its_axis(asked: Asked) -> bool:
     return bool(most and asked.surely_left(ALL, first) <= limit.left_along)
 
 
+def is_little(asked: Asked, k: int) -> bool:
+    """Whether a kind of errors is next to nothing beside what an effect does, without and with it, and it closes most
+    of the gap where it is known by.
+
+    Such as biases of weakly fattened edges: medians move where more than half of what is near one is foreground.
+    """
+    there = max(float(asked.gap.whole[k]), float(asked.left.whole[k]))
+    return there <= asked.limit.known_by * float(asked.does.whole[:ALL].max()) and _lies_by_its_axis(asked)
+
+
 def is_beside_others(asked: Asked, k: int) -> bool:
     """Whether an effect makes holes anywhere, and those of the gap change along an axis of another cause of holes."""
     return KINDS[k] == "missing" and not asked.effect.axes and _is_theirs(asked, k, _first(asked, k))
@@ -300,7 +310,7 @@ def not_itself(asked: Asked) -> str | None:
     for k, kind in enumerate(KINDS):
         kinds = effect.kinds[:1] if asked.learned and asked.closes_well else effect.kinds
         asks = kind in kinds or (k == ALL and effect.kinds[0] == "tail")
-        if not own or not asks or does.whole[k] < limit.acts * does.whole[ALL]:
+        if not own or not asks or does.whole[k] < limit.acts * does.whole[ALL] or (k != ALL and is_little(asked, k)):
             continue
         axis = own[int(np.argmax(does.varies[k, own]))]  # of several cuts of one axis, the one that shows it best
         if k == ALL:
