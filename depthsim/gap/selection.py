@@ -64,6 +64,17 @@ def plainest(trials: Sequence[T], loss: Callable[[T], float], size: Callable[[T]
     return min((trial for trial in trials if loss(trial) - least < margin), key=size, default=None)
 
 
+def not_outdone(
+    trials: Sequence[T], loss: Callable[[T], float], size: Callable[[T], int], kind: Callable[[T], str]
+) -> list[T]:
+    """Those than which no other of their kind is smaller and does as well."""
+
+    def outdoes(one: T, other: T) -> bool:
+        return kind(one) == kind(other) and size(one) < size(other) and loss(one) <= loss(other)
+
+    return [trial for trial in trials if not any(outdoes(other, trial) for other in trials)]
+
+
 def is_tie(worse_by: float, margin: float, most: float, surely: Callable[[], bool]) -> bool:
     """Whether what leaves more than a cause is indistinguishable from it: hardly more, or not so on all of the data.
 

@@ -1,5 +1,6 @@
 """The parts of the diagnosis: axes against casting, counts, distances, fits."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,7 +28,7 @@ from depthsim.gap.depth.data.frames import (
 )
 from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.data.quantization import _steps_of
-from depthsim.gap.depth.fit.candidates import candidates
+from depthsim.gap.depth.fit.candidates import Candidate, candidates
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
 from depthsim.gap.resampling import jackknife
 from depthsim.materials import load_materials
@@ -36,9 +37,10 @@ from depthsim.raycast import Caster
 from depthsim.runs.generate import generate
 from depthsim.scene import Scene
 from depthsim.sensor import load_profile
-from depthsim.sensor.effect import effect_ids
+from depthsim.sensor.effect import Effect, effect_ids
 from depthsim.sensor.effects.calibration import BaselineScale
 from depthsim.sensor.effects.noise import DisparityNoise
+from depthsim.sensor.effects.subpixel import DisparityQuantization
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.parameter import Setting
 from depthsim.trajectory import Trajectory
@@ -361,6 +363,18 @@ def test_whole_numbers_of_an_effect_that_there_is_begin_at_others_too() -> None:
     (window,) = (one for one in candidates(load_profile("d435").effects, setting) if one.effect == "matching_window")
     assert [free.label for free in window.free] == ["radius", "step"]
     assert window.starts == ((4, 4), (2, 4), (7, 4))
+
+
+def test_of_an_effect_that_there_is_the_recording_shows_other_steps() -> None:
+    seen = Setting(("cement",), np.linspace(0.5, 5, 12), 3.0, load_materials(), steps=(0.125, 0.0))
+
+    def shown(base: Sequence[Effect]) -> list[Candidate]:
+        return [one for one in candidates(base, seen) if one.effect == "disparity_quantization"][1:]
+
+    nearest, down = shown((DisparityQuantization(),))
+    assert (nearest.fixed["down"], down.fixed["down"]) == (0, 1)
+    assert all(free.label == "step" and free.low == free.high == 0.125 for one in (nearest, down) for free in one.free)
+    assert [one.fixed["down"] for one in shown((DisparityQuantization(step=0.125),))] == [1]
 
 
 @given(st.floats(-1, 2))

@@ -6,7 +6,16 @@ from hypothesis import strategies as st
 
 from depthsim.gap.config import DepthSelect, FlightSelect
 from depthsim.gap.diagnosis import Unexplained
-from depthsim.gap.selection import Limits, Refused, closes_enough, is_tie, nearest_in_words, plainest, verdict_of
+from depthsim.gap.selection import (
+    Limits,
+    Refused,
+    closes_enough,
+    is_tie,
+    nearest_in_words,
+    not_outdone,
+    plainest,
+    verdict_of,
+)
 
 
 def test_refused_effects_are_kept_where_they_closed_most_and_the_nearest_reported() -> None:
@@ -41,3 +50,12 @@ def test_ties_and_the_plainest() -> None:
     trials = [(1.0, 3), (1.2, 1), (1.4, 1), (2.0, 0)]
     assert plainest(trials, lambda one: one[0], lambda one: one[1], 0.5) == (1.2, 1)
     assert plainest([], lambda one: one[0], lambda one: one[1], 0.5) is None
+
+
+@given(st.lists(st.tuples(st.integers(0, 5), st.integers(1, 4), st.sampled_from("ab")), max_size=8))
+def test_what_a_smaller_one_of_its_kind_does_as_well_is_outdone(trials: list[tuple[int, int, str]]) -> None:
+    kept = not_outdone(trials, lambda one: one[0], lambda one: one[1], lambda one: one[2])
+    for one in trials:
+        smaller = [other for other in trials if other[1] < one[1] and other[2] == one[2] and other[0] <= one[0]]
+        assert (one in kept) == (not smaller)
+    assert bool(kept) == bool(trials)

@@ -15,6 +15,8 @@ from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.parameter import Parameter, Setting, learned_of, parameters_of
 
 Vector = NDArray[np.float64]
+_SAME = 0.02
+"""By which what a recording shows of a parameter may differ from its value."""
 
 
 def setting_of(
@@ -132,6 +134,7 @@ def candidates(
             by_material = {one.name for one in parameters_of(kind).values() if one.by_material}
             ways_to_hold = [held for held in kind.forms if held and held.keys() <= by_material] or [{}]
             found += [_change(present[name], setting, config, held) for held in ways_to_hold]
+            found += _as_shown(present[name], setting, config)
         elif not learned_of(kind):  # whose table is none of this recording's otherwise
             others = frozenset(effect.id for effect in base if kind.law and effect.law == kind.law)
             ways = dict.fromkeys((frozenset(), others))
@@ -178,6 +181,25 @@ def _change(effect: Effect, setting: Setting, config: DepthFit, held: Mapping[st
     starts += _whole_numbers(start, free, parameters_of(type(effect)), setting)
     fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
     return Candidate(effect.id, free, fixed, tuple(starts))
+
+
+def _as_shown(effect: Effect, setting: Setting, config: DepthFit) -> list[Candidate]:
+    """An effect that there is with what the recording itself shows of it, such as how wide its steps are.
+
+    No slope leads there from other values. None of what it shows only how to add.
+    """
+    kind, bounds = type(effect), type(effect).bounds_in(setting)
+    shown = {name: low for name, (low, high) in bounds.items() if low == high}
+    if not shown and (kind.forms != Effect.forms or kind.forms_in(setting) == kind.forms):
+        return []
+    values = effect.model_dump()
+    forms = ({**held, **shown} for held in kind.forms_in(setting))
+    others = [
+        form for form in forms if not all(np.isclose(values[n], v, rtol=_SAME, atol=_SAME) for n, v in form.items())
+    ]
+    return [
+        _add(kind, setting, config, {n: v for n, v in form.items() if n not in shown}, frozenset()) for form in others
+    ]
 
 
 def _value(free: Free, values: Mapping[str, Any], setting: Setting) -> float:

@@ -20,7 +20,7 @@ from depthsim.gap.depth.fit.marks import (
     stays_at_pixels,
 )
 from depthsim.gap.depth.fit.optimize import Model, loss, refine, starts
-from depthsim.gap.selection import plainest
+from depthsim.gap.selection import not_outdone, plainest
 from depthsim.sensor.effect import Effect, Stage, effect_class
 
 S = TypeVar("S")
@@ -161,7 +161,12 @@ class Search(Fitting):
             effect = trial.newest.effect
             return not _is_known_by(effect, mainly), not _is_known_by(effect, also), free
 
-        first = plainest(found, lambda trial: trial.gap, plain, margin)
+        def alike(trial: Trial) -> str:
+            return effect_class(trial.newest.effect).kinds[0]
+
+        # However it is known, one with more parameters than another of its kind that closes as much is not first.
+        rest = not_outdone(found, lambda trial: trial.gap, lambda trial: len(trial.newest.free), alike)
+        first = plainest(rest, lambda trial: trial.gap, plain, margin)
         return sorted(found, key=lambda trial: trial is not first)
 
     def _further(self, model: Model, least: float, without: float) -> Model:
