@@ -377,6 +377,16 @@ def test_of_an_effect_that_there_is_the_recording_shows_other_steps() -> None:
     assert [one.fixed["down"] for one in shown((DisparityQuantization(step=0.125),))] == [1]
 
 
+def test_an_effect_that_there_is_begins_without_it_too() -> None:
+    """A band as wide as the disparity is there without its margin; one that has a logarithm alone never comes to 0."""
+    setting = Setting(("cement",), np.linspace(0.5, 5, 12), 3.0, load_materials())
+    there = candidates(load_profile("d435").effects, setting)
+    wide, narrow = (one for one in there if one.effect == "invalid_band")
+    assert (wide.fixed["slope"], narrow.fixed["slope"]) == (1, 0)
+    for one in (narrow, *(one for one in there if one.effect in ("fill_rate", "disparity_noise"))):
+        assert [one.build((), one.encode(start))[0].is_neutral for start in one.starts] == [False, False, False, True]
+
+
 @given(st.floats(-1, 2))
 def test_parameters_survive_their_encoding(share: float) -> None:
     setting = Setting(("cement",), np.linspace(0.5, 5, 12), 3.0, load_materials())
@@ -386,6 +396,8 @@ def test_parameters_survive_their_encoding(share: float) -> None:
             value = min(max(low + share * (high - low), low), high)
             value = round(value) if free.whole else value
             assert free.decode(free.encode(value)) == pytest.approx(value, rel=1e-6, abs=1e-9)
+            nothing = 0.0 if free.vanishes else free.low
+            assert not free.log or free.decode(free.encode(0.0)) == pytest.approx(nothing, rel=1e-6)
 
 
 def test_the_jackknife_of_a_mean_is_the_t_interval() -> None:

@@ -15,6 +15,8 @@ from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.parameter import Parameter, Setting, learned_of, parameters_of
 
 Vector = NDArray[np.float64]
+_NOTHING = 0.5
+"""Of the least value of a parameter that is varied by its logarithm: so much stands for 0."""
 _SAME = 0.02
 """By which what a recording shows of a parameter may differ from its value."""
 
@@ -45,7 +47,7 @@ class Free:
     """A parameter that is fitted. key: name, or (name, tag) of one that every material has.
 
     log: whether its logarithm is what is varied. step: a change that matters. low, high: bounds. whole: only
-    whole numbers are allowed.
+    whole numbers are allowed. vanishes: whether 0 is allowed beside what lies within the bounds.
     """
 
     key: str | tuple[str, str]
@@ -54,6 +56,7 @@ class Free:
     log: bool
     step: float
     whole: bool = False
+    vanishes: bool = False
 
     @property
     def name(self) -> str:
@@ -67,11 +70,16 @@ class Free:
 
     def encode(self, value: float) -> float:
         """The parameter as the fit varies it: a change by 1 matters."""
-        return float(np.log(max(value, self.low, 1e-12)) / 0.4) if self.log else value / self.step
+        if not self.log:
+            return value / self.step
+        least = _NOTHING * self.low if self.vanishes and value < self.low else self.low
+        return float(np.log(max(value, least)) / 0.4)
 
     def decode(self, x: float) -> float:
         """Its value."""
         value = float(np.exp(min(x * 0.4, 50))) if self.log else x * self.step
+        if self.vanishes and value < _NOTHING**0.5 * self.low:
+            return 0.0
         value = float(np.clip(value, self.low, self.high))
         return round(value) if self.whole else value
 
@@ -134,7 +142,7 @@ def candidates(
             by_material = {one.name for one in parameters_of(kind).values() if one.by_material}
             ways_to_hold = [held for held in kind.forms if held and held.keys() <= by_material] or [{}]
             found += [_change(present[name], setting, config, held) for held in ways_to_hold]
-            found += _as_shown(present[name], setting, config)
+            found += [*_held_gone(present[name], setting, config), *_as_shown(present[name], setting, config)]
         elif not learned_of(kind):  # whose table is none of this recording's otherwise
             others = frozenset(effect.id for effect in base if kind.law and effect.law == kind.law)
             ways = dict.fromkeys((frozenset(), others))
@@ -176,11 +184,22 @@ def _change(effect: Effect, setting: Setting, config: DepthFit, held: Mapping[st
     start = tuple(_value(f, values, setting) for f in free)
     starts = [start]
     if len(free) == 1 and free[0].log:
-        starts += [(start[0] * k,) for k in (0.2, 3)]
+        starts += [(start[0] * k,) for k in (0.2, 3, *((0,) if free[0].vanishes else ()))]
     starts += _one_by_one(start, free, parameters_of(type(effect)), setting)
     starts += _whole_numbers(start, free, parameters_of(type(effect)), setting)
     fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
     return Candidate(effect.id, free, fixed, tuple(starts))
+
+
+def _held_gone(effect: Effect, setting: Setting, config: DepthFit) -> list[Candidate]:
+    """An effect that there is without what fits hold, where it goes on by that alone, such as a band as wide as the
+    disparity."""
+    known, free = parameters_of(type(effect)), {f.name for f in _free(type(effect), setting, config)}
+    neutral = {name: one.neutral for name, one in known.items() if one.neutral is not None and not one.by_material}
+    if not free <= neutral.keys() or effect.model_copy(update={name: neutral[name] for name in free}).is_neutral:
+        return []
+    held = {name: value for name, value in neutral.items() if name not in free and getattr(effect, name) != value}
+    return [_change(effect.model_copy(update=held), setting, config, {})] if held else []
 
 
 def _as_shown(effect: Effect, setting: Setting, config: DepthFit) -> list[Candidate]:
@@ -226,7 +245,9 @@ def _free(kind: type[Effect], setting: Setting, config: DepthFit) -> tuple[Free,
             step = _step(one, setting, config)
             found += [Free((one.name, tag), one.low, high, False, step) for tag in setting.tags]
         elif one.scaled == "log":
-            found.append(Free(one.name, max(one.low, 1e-6 * max(one.default, 1e-3)), one.high, True, 1.0))
+            found.append(
+                Free(one.name, max(one.low, 1e-6 * max(one.default, 1e-3)), one.high, True, 1.0, vanishes=one.low == 0)
+            )
         else:
             found.append(Free(one.name, one.low, one.high, False, _step(one, setting, config), one.whole))
     return tuple(found)
