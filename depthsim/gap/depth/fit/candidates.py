@@ -142,7 +142,11 @@ def candidates(
             by_material = {one.name for one in parameters_of(kind).values() if one.by_material}
             ways_to_hold = [held for held in kind.forms if held and held.keys() <= by_material] or [{}]
             found += [_change(present[name], setting, config, held) for held in ways_to_hold]
-            found += [*_held_gone(present[name], setting, config), *_as_shown(present[name], setting, config)]
+            found += [
+                *_other_whole_numbers(present[name], setting, config),
+                *_held_gone(present[name], setting, config),
+                *_as_shown(present[name], setting, config),
+            ]
         elif not learned_of(kind):  # whose table is none of this recording's otherwise
             others = frozenset(effect.id for effect in base if kind.law and effect.law == kind.law)
             ways = dict.fromkeys((frozenset(), others))
@@ -186,9 +190,21 @@ def _change(effect: Effect, setting: Setting, config: DepthFit, held: Mapping[st
     if len(free) == 1 and free[0].log:
         starts += [(start[0] * k,) for k in (0.2, 3, *((0,) if free[0].vanishes else ()))]
     starts += _one_by_one(start, free, parameters_of(type(effect)), setting)
-    starts += _whole_numbers(start, free, parameters_of(type(effect)), setting)
     fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
     return Candidate(effect.id, free, fixed, tuple(starts))
+
+
+def _other_whole_numbers(effect: Effect, setting: Setting, config: DepthFit) -> list[Candidate]:
+    """An effect that there is with one whole number at a time at its other values, to which no slope leads."""
+    known = parameters_of(type(effect))
+    values = (
+        (f.name, value)
+        for f in _free(type(effect), setting, config)
+        if f.whole
+        for value in _begin(known[f.name], f, setting)
+    )
+    others = [(name, round(value)) for name, value in values if getattr(effect, name) != value]
+    return [_change(effect.model_copy(update={name: value}), setting, config, {}) for name, value in others]
 
 
 def _held_gone(effect: Effect, setting: Setting, config: DepthFit) -> list[Candidate]:
@@ -283,19 +299,6 @@ def _one_by_one(
         for k, f in enumerate(free)
         if known[f.name].by_material
         for value in _begin(known[f.name], f, setting)[1:]
-    )
-
-
-def _whole_numbers(
-    start: tuple[float, ...], free: Sequence[Free], known: Mapping[str, Parameter], setting: Setting
-) -> tuple[tuple[float, ...], ...]:
-    """``start`` with one whole number at a time at its other values, which have no slope that leads to them."""
-    return tuple(
-        (*start[:k], value, *start[k + 1 :])
-        for k, f in enumerate(free)
-        if f.whole
-        for value in _begin(known[f.name], f, setting)
-        if value != start[k]
     )
 
 
