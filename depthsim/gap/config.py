@@ -265,6 +265,9 @@ class DepthAgreement(Section):
     flat: float = _value(
         0.2, "by which those may grow on to a quarter of the pixels; what grows has fewer there, by as much at least"
     )
+    where_others_begin: float = _value(
+        0.65, "of the holes that lie anywhere, and of those a quarter of the pixels farther on, that must be there, too"
+    )
     by_itself: float = _value(
         0.3, "of the pixels that holes or tails change beside other causes, that they must change alone"
     )

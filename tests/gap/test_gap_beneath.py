@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_HOLE
-from depthsim.gap.depth.fit import beneath
+from depthsim.gap.depth.fit import beneath, itself
 from depthsim.gap.depth.fit.candidates import Candidate
 from depthsim.gap.depth.fit.changes import holes_lie_apart
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
+from depthsim.sensor.effect import effect_class
 
 CELLS, PIXELS = 20, 100_000
 RANGE = np.linspace(1, 4, CELLS)
@@ -51,6 +52,26 @@ def test_a_level_beneath_holes_that_grow_is_seen(level: float, start: float, bas
     # Holes that only grow have no level, wherever the fit begins; and none is left once the level is fitted.
     assert not said(base + grows, base, ramp(0.8, level / 3))
     assert not said(base + level + grows, base + level, grows)
+
+
+@given(st.floats(0.01, 0.05), st.floats(0, 1), st.sampled_from(["fill_rate", "material_dropout"]))
+def test_holes_anywhere_lie_where_others_begin_too(level: float, there: float, name: str) -> None:
+    """Holes that grow by another formula begin earlier: more of them farther on are no holes anywhere."""
+    growing, anywhere = effect_class("range_dropout")(), effect_class(name)()
+    grown = ramp(2.5, 0.1)
+    real = grown + level * np.where(RANGE < 1.5, there, 1.0)
+    shares = [np.zeros(CELLS), grown, grown + level]  # by how many effects there are
+    evidence = SimpleNamespace(
+        config=DepthConfig(), axes=[SimpleNamespace(name="range", kind=ERROR)], base=(),
+        cells=lambda axis, of: of.reshape(*of.shape[:-1], CELLS, -1),
+    )  # fmt: skip
+    runs = lambda effects, count: [counts(shares[len(effects)])]  # noqa: E731
+    validator = cast("Any", SimpleNamespace(evidence=evidence, real=counts(real), runs=runs))
+    least = evidence.config.agreement.where_others_begin
+    said = itself.lies_elsewhere(validator, type(anywhere), (growing,), (growing, anywhere))
+    if abs(there - least) > 0.01:
+        assert (said is not None) == (there < least)
+    assert itself.lies_elsewhere(validator, type(growing), (growing,), (growing, anywhere)) is None
 
 
 @given(st.floats(1.2, 2.0), st.floats(3.0, 3.7), st.floats(0.1, 1))

@@ -8,14 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.histograms import ERROR
-from depthsim.gap.depth.fit.changes import Effects, holes_along, holes_made, pixels_along
+from depthsim.gap.depth.fit.changes import GROWING, Effects, holes_along, holes_made, pixels_along, where_they_begin
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.search import Search, is_anywhere
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import effect_class
-
-GROWING = ("range", "incidence")
-"""The axes along which holes begin somewhere."""
 
 
 def beneath(search: Search, found: Trial) -> Trial:
@@ -50,12 +47,8 @@ def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effect
     real, without = validator.real, validator.runs(before, validator.evidence.config.fit.runs)[0]
     made = holes_made(validator, number, before, after)
     pixels = pixels_along(validator, number, real)
-    seen = np.flatnonzero(pixels >= 30)
-    order = seen[np.argsort(made[seen], kind="stable")]
-    share = np.cumsum(pixels[order]) / pixels.sum()
     limit = validator.evidence.config.agreement
-    begins = order[: max(int(np.searchsorted(share, limit.begins)), 1)]
-    goes_on = order[len(begins) : max(int(np.searchsorted(share, 2.5 * limit.begins)), len(begins) + 1)]
+    begins, goes_on = where_they_begin(made, pixels, limit.begins)
     if not len(goes_on):
         return False
 
@@ -68,7 +61,7 @@ def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effect
 
         level = over(begins, more)
         grows, fitted = over(goes_on, more) - level, over(begins, made)
-        much = level > limit.beneath * over(seen, more) > 0
+        much = level > limit.beneath * over(np.flatnonzero(pixels >= 30), more) > 0
         return bool(much and grows < limit.flat * level and fitted < (1 - limit.flat) * level)
 
     return flat(slice(0, None, 2)) and flat(slice(1, None, 2))

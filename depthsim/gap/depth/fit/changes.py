@@ -21,6 +21,8 @@ Floats = NDArray[np.float64]
 Effects = Sequence[Effect]
 KINDS = ("bias", "spread", "missing", "tail", "all")
 ALL = 4
+GROWING = ("range", "incidence")
+"""The axes along which holes begin somewhere."""
 _BITS = 2 * np.log(2)
 """Squared differences of the roots of shares, where they are small, for a bit of divergence."""
 
@@ -78,6 +80,21 @@ def holes_made(validator: Validator, axis: int, before: Effects, after: Effects)
     """(cells,) the share of holes along an axis that ``after`` has more than ``before``."""
     without, with_it = (holes_along(validator, axis, _runs(validator, one)[0]) for one in (before, after))
     return with_it - without
+
+
+def more_holes(validator: Validator, axis: int, effects: Effects) -> Floats:
+    """(cells,) the share of holes along an axis that the recording has more than a sensor."""
+    return holes_along(validator, axis, validator.real) - holes_along(validator, axis, _runs(validator, effects)[0])
+
+
+def where_they_begin(made: Floats, pixels: Floats, share: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The cells of ``share`` of the pixels with the fewest of the holes that are made, and those that come next, of one
+    and a half times as many."""
+    seen = np.flatnonzero(pixels >= 30)
+    order = seen[np.argsort(made[seen], kind="stable")]
+    up_to = np.cumsum(pixels[order]) / pixels.sum()
+    first = max(int(np.searchsorted(up_to, share)), 1)
+    return order[:first], order[first : max(int(np.searchsorted(up_to, 2.5 * share)), first + 1)]
 
 
 def holes_lie_apart(validator: Validator, axis: str, before: Effects, between: Effects, after: Effects) -> bool:

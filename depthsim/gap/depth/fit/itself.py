@@ -5,7 +5,19 @@ from numpy.typing import NDArray
 
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.fit.asked import WORDS
-from depthsim.gap.depth.fit.changes import ALL, KINDS, Effects, against, done_by, holes_of
+from depthsim.gap.depth.fit.changes import (
+    ALL,
+    GROWING,
+    KINDS,
+    Effects,
+    against,
+    done_by,
+    holes_made,
+    holes_of,
+    more_holes,
+    pixels_along,
+    where_they_begin,
+)
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.pipeline import after_camera
@@ -92,6 +104,30 @@ def takes_all(validator: Validator, effect: type[Effect], before: Effects, after
     if was < limit.many_holes or now > limit.gone * was or not validator.score(after).stands_out(validator.config):
         return None
     return f"loses no pixel where the simulator loses {was:.0%}, which is filling rather"
+
+
+def lies_elsewhere(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether holes that an effect makes at any range, say, are hardly there, where those of another cause that grow
+    along the range begin.
+
+    By another formula these are fewer there from the beginning, and more farther on.
+    """
+    limit = validator.evidence.config.agreement
+    if effect.kinds != ("missing",):
+        return None
+    for cause in (one for one in before if one not in validator.evidence.base and one.kinds[0] == "missing"):
+        if not cause.axes or cause.axes[0] not in GROWING or cause.axes[0] in effect.axes:
+            continue
+        number = known_by(validator, type(cause))[0]
+        pixels = pixels_along(validator, number, validator.real)
+        grown = holes_made(validator, number, [one for one in before if one is not cause], before)
+        begins, goes_on = where_they_begin(grown, pixels, limit.begins)
+        made, more = holes_made(validator, number, before, after), more_holes(validator, number, before)
+        there, farther = (float(pixels[some] @ more[some] / max(pixels[some].sum(), 1)) for some in (begins, goes_on))
+        alike = float(pixels[begins] @ made[begins] / pixels[begins].sum())
+        if alike > 0 and there < limit.where_others_begin * max(alike, 0.0 if effect.axes else farther):
+            return f"loses {alike:.1%} of the pixels where those that {cause.id} loses begin, the recording {there:.1%}"
+    return None
 
 
 def shows_itself(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:

@@ -384,7 +384,8 @@ def goes_together(asked: Asked) -> str | None:
     """Whether errors that an effect makes one by one go together in the recording, and no other cause makes them so.
 
     Biases are the same for neighbours, those of a pattern that is learned as smooth as it is, and so is geometry. Holes
-    are asked for holes: that the errors between them go together says nothing of them. Outliers are held against their
+    are asked for holes: that the errors between them go together says nothing of them; and those of what is too near go
+    together by themselves. Outliers are held against their
     own part of what an effect does, as patches of them, such as bands of an older picture, go together less than noise.
     """
     smooth = asked.effect.kinds[0] == "bias" or asked.effect.exact
@@ -393,4 +394,6 @@ def goes_together(asked: Asked) -> str | None:
     kind, does, limit = asked.effect.kinds[0], asked.does.whole, asked.limit
     together = asked.left.lost_together if kind == "missing" else asked.left.together
     most = limit.outliers_together * does[KINDS.index(kind)] if kind == "tail" else limit.together * does[ALL]
+    if kind == "missing" and asked.does.lost_together > most:
+        return None
     return INDEPENDENT if asked.alone and together > most else None
