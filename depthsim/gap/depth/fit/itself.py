@@ -116,15 +116,17 @@ def lies_elsewhere(validator: Validator, effect: type[Effect], before: Effects, 
     if effect.kinds != ("missing",):
         return None
     for cause in (one for one in before if one not in validator.evidence.base and one.kinds[0] == "missing"):
-        if not cause.axes or cause.axes[0] not in GROWING or cause.axes[0] in effect.axes:
+        cuts = known_by(validator, type(cause))
+        if not cuts or cause.axes[0] not in GROWING or cause.axes[0] in effect.axes:
             continue
-        number = known_by(validator, type(cause))[0]
-        pixels = pixels_along(validator, number, validator.real)
+        number, pixels = cuts[0], pixels_along(validator, cuts[0], validator.real)
         grown = holes_made(validator, number, [one for one in before if one is not cause], before)
         begins, goes_on = where_they_begin(grown, pixels, limit.begins)
         made, more = holes_made(validator, number, before, after), more_holes(validator, number, before)
-        there, farther = (float(pixels[some] @ more[some] / max(pixels[some].sum(), 1)) for some in (begins, goes_on))
-        alike = float(pixels[begins] @ made[begins] / pixels[begins].sum())
+        there, farther, alike = (
+            float(pixels[some] @ share[some] / max(pixels[some].sum(), 1))
+            for some, share in ((begins, more), (goes_on, more), (begins, made))
+        )
         if alike > 0 and there < limit.where_others_begin * max(alike, 0.0 if effect.axes else farther):
             return f"loses {alike:.1%} of the pixels where those that {cause.id} loses begin, the recording {there:.1%}"
     return None

@@ -385,8 +385,8 @@ def goes_together(asked: Asked) -> str | None:
 
     Biases are the same for neighbours, those of a pattern that is learned as smooth as it is, and so is geometry. Holes
     are asked for holes: that the errors between them go together says nothing of them; and those of what is too near go
-    together by themselves. Outliers are held against their
-    own part of what an effect does, as patches of them, such as bands of an older picture, go together less than noise.
+    together by themselves. Outliers are held against their own part of what an effect does, as patches of them, such as
+    bands of an older picture, go together less than noise.
     """
     smooth = asked.effect.kinds[0] == "bias" or asked.effect.exact
     if smooth or any(cause.kinds[0] == "correlation" for cause in asked.named):
