@@ -23,9 +23,11 @@ def test_every_case_has_one_effect_otherwise(profile: str) -> None:
     assert {name.split(":")[0] for name in names} >= {effect.id for effect in load_profile(profile).effects}
 
 
-@pytest.mark.parametrize(("effect", "what"), [("matching_window", "radius"), ("invalid_band", "left out")])
+@pytest.mark.parametrize(
+    ("effect", "what"), [("matching_window", "radius"), ("invalid_band", "left out"), ("disparity_noise", "sigma")]
+)
 def test_an_effect_that_is_otherwise_is_found(effect: str, what: str, tmp_path: Path) -> None:
-    """A whole number that no slope leads to, and a band that goes on by what fits hold."""
+    """A whole number that no slope leads to, a band that goes on by what fits hold, and noise like that of motion."""
     (found,) = (case for case in cases("d435", [effect]) if case[0].startswith(f"{effect}: {what}"))
     _, base, other = found
     camera = preset("d435", 212, 120).model_copy(update={"rate": 10.0})

@@ -144,7 +144,7 @@ class Search(Fitting):
         found = list(further)
         found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well one that is known by where the gap changes first comes first, and then the
-        # plainest: holes everywhere before holes on every material.
+        # plainest: holes everywhere before holes on every material, and what there is otherwise before what is new.
         margin, limit = self.config.select.tied * self.whole, self.config.select
         if so_far and found:
             much = limit.taken_up * (self.validated(so_far).gap - found[0].gap)
@@ -154,12 +154,13 @@ class Search(Fitting):
             margin = max(much if self.is_flexible(found[0].newest) else min(margin, much), least)
         mainly, also = (first_axes(self.validator, before, however_little=little) for little in (False, True))
 
-        def plain(trial: Trial) -> tuple[bool, bool, int]:
+        def plain(trial: Trial) -> tuple[bool, bool, int, bool]:
             # Holes that are all gone are filled, if that does as well, as hardly a sensor loses nothing.
             fills = [len(other.newest.free) + 1 for other in found if is_filling(other.newest.effect)]
             free = max([len(trial.newest.free), *(fills if self.is_less(trial, GONE) else ())])
             effect = trial.newest.effect
-            return not _is_known_by(effect, mainly), not _is_known_by(effect, also), free
+            is_new = all(effect != one.id for one in self.base)
+            return not _is_known_by(effect, mainly), not _is_known_by(effect, also), free, is_new
 
         def alike(trial: Trial) -> str:
             return effect_class(trial.newest.effect).kinds[0]
