@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 from pydantic import ValidationError
@@ -28,8 +28,14 @@ from depthsim.sensor import load_profile
 from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.parameter import Parameter, learned_of, parameters_of
 
-Case = tuple[str, tuple[Effect, ...], tuple[Effect, ...]]
-"""What is otherwise, the simulator's effects, and the recording's."""
+
+class Case(NamedTuple):
+    """Which effect is otherwise and how, the simulator's effects, and the recording's."""
+
+    effect: str
+    what: str
+    base: tuple[Effect, ...]
+    recorded: tuple[Effect, ...]
 
 
 def cases(profile: str, effects: Sequence[str]) -> Iterator[Case]:
@@ -43,9 +49,10 @@ def cases(profile: str, effects: Sequence[str]) -> Iterator[Case]:
         for key, one in parameters_of(kind).items():
             is_fitted = not (one.frozen or one.by_material or (learned_of(kind) and key != "amplitude"))
             if is_fitted and (other := _with_another(there, key, one)) is not None:
-                yield f"{name}: {key} {getattr(there, key):g} → {getattr(other, key):g}", (*rest, there), (*rest, other)
+                what = f"{key} {getattr(there, key):g} → {getattr(other, key):g}"
+                yield Case(name, what, (*rest, there), (*rest, other))
         if name in mine:
-            yield f"{name}: left out", base, rest
+            yield Case(name, "left out", base, rest)
 
 
 def _with_another(effect: Effect, name: str, one: Parameter) -> Effect | None:
@@ -73,14 +80,17 @@ def main(
     """Print for each what the diagnosis says."""
     camera = preset("d435", *(int(word) for word in size.split("x"))).model_copy(update={"rate": 10.0})
     table, count = Table("recorded otherwise", "verdict", "causes", "closed"), {"right": 0, "no gap": 0, "else": 0}
-    for name, base, other in cases(profile, effect or []):
+    for case in cases(profile, effect or []):
         with TemporaryDirectory(prefix="depthsim_half_right_") as folder:
-            generate(scene, None, camera, other, Path(folder) / "run", frames=frames, streams=("depth",), seed=11)
-            found = diagnose(Path(folder) / "run", sensor=base, tasks=False)
+            generate(
+                scene, None, camera, case.recorded, Path(folder) / "run", frames=frames, streams=("depth",), seed=11
+            )
+            found = diagnose(Path(folder) / "run", sensor=case.base, tasks=False)
         causes = [cause.effect for cause in found.causes]
-        is_right = found.verdict == "explained" and causes == [name.split(":")[0]]
+        is_right = found.verdict == "explained" and causes == [case.effect]
         count["right" if is_right else "no gap" if found.verdict == "no_gap" else "else"] += 1
         closed = " ".join(f"{cause.closed_fraction:.0%}" for cause in found.causes)
+        name = f"{case.effect}: {case.what}"
         print(f"{name}: {found.verdict} {', '.join(causes)} {closed}", file=sys.stderr, flush=True)
         table.add_row(name, found.verdict, ", ".join(causes), closed)
     Console(width=120).print(table)

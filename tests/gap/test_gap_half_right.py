@@ -14,13 +14,12 @@ from depthsim.sensor import load_profile
 @pytest.mark.parametrize("profile", ["paper", "d435"])
 def test_every_case_has_one_effect_otherwise(profile: str) -> None:
     names = []
-    for name, base, other in cases(profile, []):
-        effect = name.split(":")[0]
-        here, there = ({one.id: one for one in effects} for effects in (base, other))
-        assert {key for key in here | there if here.get(key) != there.get(key)} == {effect}, name
-        names.append(name)
+    for case in cases(profile, []):
+        here, there = ({one.id: one for one in effects} for effects in (case.base, case.recorded))
+        assert {key for key in here | there if here.get(key) != there.get(key)} == {case.effect}, case
+        names.append((case.effect, case.what))
     assert len(set(names)) == len(names)
-    assert {name.split(":")[0] for name in names} >= {effect.id for effect in load_profile(profile).effects}
+    assert {effect for effect, _ in names} >= {effect.id for effect in load_profile(profile).effects}
 
 
 @pytest.mark.parametrize(
@@ -28,10 +27,9 @@ def test_every_case_has_one_effect_otherwise(profile: str) -> None:
 )
 def test_an_effect_that_is_otherwise_is_found(effect: str, what: str, tmp_path: Path) -> None:
     """A whole number that no slope leads to, a band that goes on by what fits hold, and noise like that of motion."""
-    (found,) = (case for case in cases("d435", [effect]) if case[0].startswith(f"{effect}: {what}"))
-    _, base, other = found
+    (case,) = (case for case in cases("d435", [effect]) if case.what.startswith(what))
     camera = preset("d435", 212, 120).model_copy(update={"rate": 10.0})
-    generate("office", None, camera, other, tmp_path / "run", frames=24, streams=("depth",), seed=11)
-    diagnosis = diagnose(tmp_path / "run", sensor=base, tasks=False)
+    generate("office", None, camera, case.recorded, tmp_path / "run", frames=24, streams=("depth",), seed=11)
+    diagnosis = diagnose(tmp_path / "run", sensor=case.base, tasks=False)
     assert [cause.effect for cause in diagnosis.causes] == [effect]
     assert diagnosis.causes[0].closed_fraction > 0.95

@@ -20,6 +20,7 @@ from depthsim.gap.depth.fit.changes import (
     against,
     done_by,
     first_axis,
+    has_effect,
     holes_of,
     less_others,
     too_many_left,
@@ -96,7 +97,7 @@ def _asked(validator: Validator, effect: type[Effect], before: Effects, after: E
     if effect.kinds[0] != "missing" or validator.once(holes_of, after) >= validator.once(holes_of, before):
         return asked
     if effect.axes:
-        is_new = all(effect.id != one.id for one in validator.evidence.base)
+        is_new = not has_effect(validator.evidence.base, effect.id)
         return replace(asked, filled=validator.once(too_many_left, before, after) if is_new else None)
     return replace(asked, takes_away=not any("missing" in cause.kinds for cause in asked.named))
 

@@ -5,10 +5,19 @@ looked for. But what it then makes there grows, and what the recording has is th
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from depthsim.gap.depth.data.histograms import ERROR
-from depthsim.gap.depth.fit.changes import GROWING, Effects, holes_along, holes_made, pixels_along, where_they_begin
+from depthsim.gap.depth.fit.changes import (
+    ENOUGH,
+    GROWING,
+    Effects,
+    cuts_along,
+    has_effect,
+    holes_along,
+    holes_made,
+    mean_over,
+    pixels_along,
+    where_they_begin,
+)
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.search import Search, is_anywhere
 from depthsim.gap.depth.fit.validate import Validator
@@ -22,7 +31,7 @@ def beneath(search: Search, found: Trial) -> Trial:
     anywhere = [c for c in search.bank if c.effect not in there and is_anywhere(c.effect) and not c.in_place]
     for number, part in enumerate(model.parts):
         effect, less = effect_class(part.effect), model.less(number)
-        is_new = all(part.effect != one.id for one in search.base)
+        is_new = not has_effect(search.base, part.effect)
         if not (anywhere and is_new and effect.kinds[0] == "missing" and effect.axes[:1] and effect.axes[0] in GROWING):
             continue
         before = less.build(search.base)
@@ -43,12 +52,13 @@ def beneath(search: Search, found: Trial) -> Trial:
 def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effects) -> bool:
     """Whether the recording has holes where those that ``after`` makes over ``before`` begin, which do not grow there
     as those do, in two halves of the frames."""
-    number = next(n for n, one in enumerate(validator.evidence.axes) if one.name == axis and one.kind == ERROR)
+    number = cuts_along(validator, axis)[0]
     real, without = validator.real, validator.runs(before, validator.evidence.config.fit.runs)[0]
     made = holes_made(validator, number, before, after)
     pixels = pixels_along(validator, number, real)
     limit = validator.evidence.config.agreement
     begins, goes_on = where_they_begin(made, pixels, limit.begins)
+    seen = np.flatnonzero(pixels >= ENOUGH)
     if not len(goes_on):
         return False
 
@@ -56,12 +66,9 @@ def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effect
         more = holes_along(validator, number, real[half]) - holes_along(validator, number, without[half])
         weight = pixels_along(validator, number, real[half])
 
-        def over(some: NDArray[np.integer], of: NDArray[np.float64]) -> float:
-            return float(weight[some] @ of[some] / max(weight[some].sum(), 1))
-
-        level = over(begins, more)
-        grows, fitted = over(goes_on, more) - level, over(begins, made)
-        much = level > limit.beneath * over(np.flatnonzero(pixels >= 30), more) > 0
+        level, fitted = mean_over(begins, weight, more), mean_over(begins, weight, made)
+        grows = mean_over(goes_on, weight, more) - level
+        much = level > limit.beneath * mean_over(seen, weight, more) > 0
         return bool(much and grows < limit.flat * level and fitted < (1 - limit.flat) * level)
 
     return flat(slice(0, None, 2)) and flat(slice(1, None, 2))

@@ -78,7 +78,7 @@ class Free:
     def decode(self, x: float) -> float:
         """Its value."""
         value = float(np.exp(min(x * 0.4, 50))) if self.log else x * self.step
-        if self.vanishes and value < _NOTHING**0.5 * self.low:
+        if self.vanishes and value < _NOTHING**0.5 * self.low:  # nearer to nothing than to the least
             return 0.0
         value = float(np.clip(value, self.low, self.high))
         return round(value) if self.whole else value
@@ -139,14 +139,7 @@ def candidates(
             forms = [_learned(kind, values, setting, config) for values in setting.learned[name]]
             found += [replace(form, in_place=number > 0) for number, form in enumerate(forms)]
         if name in present:
-            by_material = {one.name for one in parameters_of(kind).values() if one.by_material}
-            ways_to_hold = [held for held in kind.forms if held and held.keys() <= by_material] or [{}]
-            found += [_change(present[name], setting, config, held) for held in ways_to_hold]
-            found += [
-                *_other_whole_numbers(present[name], setting, config),
-                *_held_gone(present[name], setting, config),
-                *_as_shown(present[name], setting, config),
-            ]
+            found += _otherwise(present[name], setting, config)
         elif not learned_of(kind):  # whose table is none of this recording's otherwise
             others = frozenset(effect.id for effect in base if kind.law and effect.law == kind.law)
             ways = dict.fromkeys((frozenset(), others))
@@ -179,6 +172,18 @@ def _learned(kind: type[Effect], values: Mapping[str, Any], setting: Setting, co
     free = _free(kind, setting, config)
     fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
     return Candidate(kind.id, free, fixed, (tuple(_value(f, values, setting) for f in free),))
+
+
+def _otherwise(effect: Effect, setting: Setting, config: DepthFit) -> list[Candidate]:
+    """Every way in which an effect that there is may have other values: by slopes, and where none leads."""
+    by_material = {one.name for one in parameters_of(type(effect)).values() if one.by_material}
+    ways_to_hold = [held for held in effect.forms if held and held.keys() <= by_material] or [{}]
+    return [
+        *(_change(effect, setting, config, held) for held in ways_to_hold),
+        *_other_whole_numbers(effect, setting, config),
+        *_held_gone(effect, setting, config),
+        *_as_shown(effect, setting, config),
+    ]
 
 
 def _change(effect: Effect, setting: Setting, config: DepthFit, held: Mapping[str, Any]) -> Candidate:
@@ -221,20 +226,20 @@ def _held_gone(effect: Effect, setting: Setting, config: DepthFit) -> list[Candi
 def _as_shown(effect: Effect, setting: Setting, config: DepthFit) -> list[Candidate]:
     """An effect that there is with what the recording itself shows of it, such as how wide its steps are.
 
-    No slope leads there from other values. None of what it shows only how to add.
+    No slope leads there from other values. Not of what has forms of its own, and no value that is seen: those that are
+    possible say how the effect is added.
     """
     kind, bounds = type(effect), type(effect).bounds_in(setting)
     shown = {name: low for name, (low, high) in bounds.items() if low == high}
     if not shown and (kind.forms != Effect.forms or kind.forms_in(setting) == kind.forms):
         return []
     values = effect.model_dump()
-    forms = ({**held, **shown} for held in kind.forms_in(setting))
-    others = [
-        form for form in forms if not all(np.isclose(values[n], v, rtol=_SAME, atol=_SAME) for n, v in form.items())
-    ]
-    return [
-        _add(kind, setting, config, {n: v for n, v in form.items() if n not in shown}, frozenset()) for form in others
-    ]
+
+    def is_there(form: Mapping[str, Any]) -> bool:
+        return all(np.isclose(values[name], value, rtol=_SAME, atol=_SAME) for name, value in form.items())
+
+    forms = (held for held in kind.forms_in(setting) if not is_there({**held, **shown}))
+    return [_add(kind, setting, config, held, frozenset()) for held in forms]
 
 
 def _value(free: Free, values: Mapping[str, Any], setting: Setting) -> float:

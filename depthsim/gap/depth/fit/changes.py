@@ -23,6 +23,8 @@ KINDS = ("bias", "spread", "missing", "tail", "all")
 ALL = 4
 GROWING = ("range", "incidence")
 """The axes along which holes begin somewhere."""
+ENOUGH = 30
+"""Pixels of a cell, with fewer of which nothing is said of it."""
 _BITS = 2 * np.log(2)
 """Squared differences of the roots of shares, where they are small, for a bit of divergence."""
 
@@ -90,19 +92,32 @@ def more_holes(validator: Validator, axis: int, effects: Effects) -> Floats:
 def where_they_begin(made: Floats, pixels: Floats, share: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """The cells of ``share`` of the pixels with the fewest of the holes that are made, and those that come next, of one
     and a half times as many."""
-    seen = np.flatnonzero(pixels >= 30)
+    seen = np.flatnonzero(pixels >= ENOUGH)
     order = seen[np.argsort(made[seen], kind="stable")]
     up_to = np.cumsum(pixels[order]) / pixels.sum()
     first = max(int(np.searchsorted(up_to, share)), 1)
     return order[:first], order[first : max(int(np.searchsorted(up_to, 2.5 * share)), first + 1)]
 
 
+def has_effect(effects: Effects, name: str) -> bool:
+    """Whether an effect is among those of a sensor."""
+    return any(name == one.id for one in effects)
+
+
+def mean_over(cells: NDArray[np.intp], pixels: Floats, values: Floats) -> float:
+    """The mean over some cells, by their pixels; 0 over none."""
+    return float(pixels[cells] @ values[cells] / max(pixels[cells].sum(), 1))
+
+
+def cuts_along(validator: Validator, axis: str) -> list[int]:
+    """The cuts of errors along an axis."""
+    return [n for n, one in enumerate(validator.evidence.axes) if (one.name, one.kind) == (axis, histograms.ERROR)]
+
+
 def holes_lie_apart(validator: Validator, axis: str, before: Effects, between: Effects, after: Effects) -> bool:
     """Whether hardly any of the holes that ``after`` has more than ``between`` lie along an axis where ``between`` has
     more than ``before``: the nearest and the farthest, beside each other, are no two shapes of one."""
-    number = next(
-        n for n, one in enumerate(validator.evidence.axes) if (one.name, one.kind) == (axis, histograms.ERROR)
-    )
+    number = cuts_along(validator, axis)[0]
     pixels = pixels_along(validator, number, validator.real)
     first = np.maximum(holes_made(validator, number, before, between), 0) * pixels
     more = np.maximum(holes_made(validator, number, between, after), 0) * pixels
@@ -235,7 +250,7 @@ def _along(validator: Validator, number: int, one: Counts, null: Counts, usual: 
         weight = pixels[shared] / pixels[shared].sum()
         return _squares(_scaled(one_a[shared], one_b[shared]), _scaled(two_a[shared], two_b[shared]), weight)
     whole_a, whole_b, whole_null = (x.sum(axis=0) for x in (a, b, evidence.cells(number, null)))
-    enough = np.all([x.sum(axis=1) >= 30 for x in (whole_a, whole_b, whole_null)], axis=0)
+    enough = np.all([x.sum(axis=1) >= ENOUGH for x in (whole_a, whole_b, whole_null)], axis=0)
     if not enough.any():
         return np.zeros(len(KINDS)), np.zeros(len(KINDS))
     weight = pixels[enough] / pixels[enough].sum()

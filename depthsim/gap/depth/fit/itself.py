@@ -11,9 +11,12 @@ from depthsim.gap.depth.fit.changes import (
     KINDS,
     Effects,
     against,
+    cuts_along,
     done_by,
+    has_effect,
     holes_made,
     holes_of,
+    mean_over,
     more_holes,
     pixels_along,
     where_they_begin,
@@ -30,8 +33,7 @@ def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: 
     """
     if effect.kinds[0] not in ("bias", "missing"):
         return None  # noise is much the same all over where a camera moves evenly, or sees what is alike
-    there = any(effect.id == one.id for one in validator.evidence.base)
-    if there or shows_itself(validator, effect, before, after):
+    if has_effect(validator.evidence.base, effect.id) or shows_itself(validator, effect, before, after):
         return None
     return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
 
@@ -58,8 +60,7 @@ def lacks_a_kind(validator: Validator, effect: type[Effect], before: Effects, af
     Such as sunlight that loses no pixels, for more noise of another kind, or has no noise where the recording has no
     more than the simulator, for holes of another. What is done to the finished picture may have filled the holes.
     """
-    there = any(effect.id == one.id for one in validator.evidence.base)
-    if not effect.inseparable or there or after_camera(after):
+    if not effect.inseparable or has_effect(validator.evidence.base, effect.id) or after_camera(after):
         return None
     least = validator.evidence.config.agreement.inseparable
 
@@ -79,7 +80,7 @@ def is_mostly_besides(validator: Validator, effect: type[Effect], before: Effect
 
     Such as a shadow that hardly loses the background, and all of the near things: they are lost by themselves.
     """
-    if not effect.besides or any(effect.id == one.id for one in validator.evidence.base):
+    if not effect.besides or has_effect(validator.evidence.base, effect.id):
         return None
     less = {name: 0.0 for name in effect.besides}
     itself = tuple(one.model_copy(update=less) if one.id == effect.id else one for one in after)
@@ -96,7 +97,7 @@ def takes_all(validator: Validator, effect: type[Effect], before: Effects, after
 
     Hardly a sensor loses none: they have been filled, by a formula that what is left is of.
     """
-    if effect.axes or effect.kinds != ("missing",) or all(effect.id != one.id for one in validator.evidence.base):
+    if effect.axes or effect.kinds != ("missing",) or not has_effect(validator.evidence.base, effect.id):
         return None
     without = validator.once(holes_of, [one for one in after if one.id != effect.id])
     was, now = (validator.once(holes_of, one) - without for one in (before, after))
@@ -123,10 +124,8 @@ def lies_elsewhere(validator: Validator, effect: type[Effect], before: Effects, 
         grown = holes_made(validator, number, [one for one in before if one is not cause], before)
         begins, goes_on = where_they_begin(grown, pixels, limit.begins)
         made, more = holes_made(validator, number, before, after), more_holes(validator, number, before)
-        there, farther, alike = (
-            float(pixels[some] @ share[some] / max(pixels[some].sum(), 1))
-            for some, share in ((begins, more), (goes_on, more), (begins, made))
-        )
+        there, farther = (mean_over(some, pixels, more) for some in (begins, goes_on))
+        alike = mean_over(begins, pixels, made)
         if alike > 0 and there < limit.where_others_begin * max(alike, 0.0 if effect.axes else farther):
             return f"loses {alike:.1%} of the pixels where those that {cause.id} loses begin, the recording {there:.1%}"
     return None
@@ -144,5 +143,4 @@ def shows_itself(validator: Validator, effect: type[Effect], before: Effects, af
 
 def known_by(validator: Validator, effect: type[Effect]) -> list[int]:
     """The cuts of errors along the axis that an effect is known by."""
-    axes = enumerate(validator.evidence.axes)
-    return [n for n, axis in axes if (axis.name,) == effect.axes[:1] and axis.kind == histograms.ERROR]
+    return cuts_along(validator, effect.axes[0]) if effect.axes else []

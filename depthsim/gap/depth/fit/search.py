@@ -9,7 +9,7 @@ import numpy as np
 from depthsim.camera import Camera
 from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along, left_of_change
 from depthsim.gap.depth.fit.candidates import Candidate
-from depthsim.gap.depth.fit.changes import first_axes, holes_lie_apart
+from depthsim.gap.depth.fit.changes import first_axes, has_effect, holes_lie_apart
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
 from depthsim.gap.depth.fit.itself import is_idle, shows_itself
 from depthsim.gap.depth.fit.marks import (
@@ -159,8 +159,12 @@ class Search(Fitting):
             fills = [len(other.newest.free) + 1 for other in found if is_filling(other.newest.effect)]
             free = max([len(trial.newest.free), *(fills if self.is_less(trial, GONE) else ())])
             effect = trial.newest.effect
-            is_new = all(effect != one.id for one in self.base)
-            return not _is_known_by(effect, mainly), not _is_known_by(effect, also), free, is_new
+            return (
+                not _is_known_by(effect, mainly),
+                not _is_known_by(effect, also),
+                free,
+                not has_effect(self.base, effect),
+            )
 
         def alike(trial: Trial) -> str:
             return effect_class(trial.newest.effect).kinds[0]
@@ -183,8 +187,12 @@ class Search(Fitting):
     def is_less(self, trial: Trial, by: float = 0.0) -> bool:
         """Whether an effect that the simulator has is fitted to be less, by more than so many changes that matter."""
         newest, x = trial.newest, trial.model.split(trial.model.x)[-1]
-        there = any(effect.id == newest.effect for effect in self.base)
-        return there and len(x) == 1 and newest.free[0].log and newest.encode(newest.starts[0])[0] - x[0] > by
+        return (
+            has_effect(self.base, newest.effect)
+            and len(x) == 1
+            and newest.free[0].log
+            and newest.encode(newest.starts[0])[0] - x[0] > by
+        )
 
     def closes_by_one_material(self, trial: Trial, before: float) -> bool:
         """Whether the newest part of a trial closes nearly as much if it is for one material alone.
