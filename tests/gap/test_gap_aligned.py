@@ -17,7 +17,8 @@ from depthsim.gap.depth.data.frames import cast_clean
 from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.fit.agreement import disagreement
 from depthsim.gap.depth.fit.alignment import select_aligned
-from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
+from depthsim.gap.depth.fit.candidate import Candidate
+from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.marks import makes_doubling
 from depthsim.gap.depth.fit.optimize import Model, best_neighbour

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.histograms import BINS, ERROR, ERROR_HOLE
 from depthsim.gap.depth.fit import beneath, itself
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.changes import holes_lie_apart
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model

@@ -8,9 +8,10 @@ import pytest
 
 from depthsim.gap.config import DepthConfig, DepthSelect
 from depthsim.gap.depth.fit import confirm, grow, hiding, optimize, select
-from depthsim.gap.depth.fit.candidates import Candidate, Free
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
+from depthsim.gap.depth.fit.free import Free
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import Search

@@ -28,7 +28,8 @@ from depthsim.gap.depth.data.frames import (
 )
 from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.data.quantization import _steps_of
-from depthsim.gap.depth.fit.candidates import Candidate, candidates
+from depthsim.gap.depth.fit.candidate import Candidate
+from depthsim.gap.depth.fit.candidates import candidates
 from depthsim.gap.diagnosis import Cause, Cut, Diagnosis, Gap, Unexplained
 from depthsim.gap.resampling import jackknife
 from depthsim.materials import load_materials

@@ -68,7 +68,8 @@ def test_what_fills_holes() -> None:
 
 @pytest.mark.parametrize(("rate", "gone"), [(0.05, False), (0.049, False), (1e-3, False), (1e-6, True)])
 def test_holes_that_are_all_gone(rate: float, gone: bool) -> None:
-    from depthsim.gap.depth.fit.candidates import Candidate, Free
+    from depthsim.gap.depth.fit.candidate import Candidate
+    from depthsim.gap.depth.fit.free import Free
 
     candidate = Candidate("fill_rate", (Free("rate", 1e-9, 1, True, 1.0),), {}, ((0.05,),))
     trial = Trial(Model((candidate,), candidate.encode((rate,))), 0.1)

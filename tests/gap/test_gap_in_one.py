@@ -11,7 +11,8 @@ import pytest
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.fit import in_one as module
-from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
+from depthsim.gap.depth.fit.candidate import Candidate
+from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.in_one import biases_in_one, law_in_place, noises_in_one
 from depthsim.gap.depth.fit.optimize import Model

@@ -12,7 +12,7 @@ from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit import withdraw
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.select import Selection

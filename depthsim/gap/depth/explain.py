@@ -8,7 +8,8 @@ from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit import withdraw
 from depthsim.gap.depth.fit.alignment import select_aligned
-from depthsim.gap.depth.fit.candidates import Candidate, candidates, setting_of
+from depthsim.gap.depth.fit.candidate import Candidate
+from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.finer import with_fine_pattern
 from depthsim.gap.depth.fit.fitting import Say
 from depthsim.gap.depth.fit.pattern import learn_pattern

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.fitting import Say
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search

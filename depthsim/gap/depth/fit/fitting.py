@@ -7,7 +7,7 @@ import numpy as np
 
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, starts
 from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.sensor.effect import Effect

@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from depthsim.gap.depth.fit import neighbours
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.fitting import Trial

@@ -8,7 +8,7 @@ law of the noise in place of the simulator's own, to which it was added before t
 
 from itertools import permutations
 
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search

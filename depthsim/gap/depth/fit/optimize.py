@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.gap.config import DepthFit
-from depthsim.gap.depth.fit.candidates import Candidate, Free, Vector
+from depthsim.gap.depth.fit.candidate import Candidate, Vector
+from depthsim.gap.depth.fit.free import Free
 from depthsim.sensor.effect import Effect, effect_class
 
 Floats = NDArray[np.float64]

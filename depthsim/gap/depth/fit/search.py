@@ -8,7 +8,7 @@ import numpy as np
 
 from depthsim.camera import Camera
 from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along, left_of_change
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.changes import first_axes, has_effect, holes_lie_apart
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
 from depthsim.gap.depth.fit.itself import is_idle, shows_itself

@@ -11,7 +11,7 @@ import numpy as np
 
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit.beneath import beneath
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.confirm import confirmed

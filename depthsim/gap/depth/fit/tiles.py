@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.fit.candidates import Candidate
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.fitting import Say
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.select import Selection, confirm
