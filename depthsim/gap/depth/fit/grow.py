@@ -58,8 +58,13 @@ def _is_for_another(search: Search, trial: Trial) -> bool:
 
 
 def _is_far_ahead(search: Search, itself: Trial, selected: Trial | None) -> bool:
-    """Whether what closes most is no rival of the leader that acts where the gap lies, if there is one."""
-    return selected is None or selected.gap - itself.gap > search.config.select.near * search.whole
+    """Whether what closes most is no rival of the leader that acts where the gap lies, if there is one.
+
+    One that makes another kind of error and acts is there whatever else is, and shows what is left of the others.
+    """
+    if selected is None:
+        return True
+    return not _is_other_kind(itself, selected) and selected.gap - itself.gap > search.config.select.near * search.whole
 
 
 def _leaders(search: Search, chain: Chain) -> list[Trial]:
