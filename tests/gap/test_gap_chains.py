@@ -489,12 +489,36 @@ def test_a_filter_takes_spread_away_by_a_formula_of_its_own(effect: str, kinds: 
     assert grow._formula_of(effect) == kinds
 
 
-@pytest.mark.parametrize(("acting", "ahead"), [(None, True), (0.6, True), (0.3, False)])
-def test_what_closes_most_is_trusted_where_what_acts_is_far_behind(acting: float | None, ahead: bool) -> None:
-    """Light beside a wave of the disparities, of which more noise on every material closes half."""
+@pytest.mark.parametrize(
+    ("effect", "acting", "ahead"),
+    [("", 1.0, True), ("material_noise", 0.6, True), ("material_noise", 0.3, False), ("min_range", 0.6, False)],
+)
+def test_what_closes_most_is_trusted_where_what_acts_is_far_behind(effect: str, acting: float, ahead: bool) -> None:
+    """Light beside a wave of the disparities, of which more noise on every material closes half.
+
+    What is too near is there beside any noise, though light that is none closes three times as much.
+    """
     search = cast("Search", FakeSearch())
-    selected = None if acting is None else Trial(model("noise"), acting)
-    assert grow._is_far_ahead(search, Trial(model("light"), 0.2), selected) == ahead
+    selected = Trial(model(effect), acting) if effect else None
+    assert grow._is_far_ahead(search, Trial(model("ambient_light"), 0.2), selected) == ahead
+
+
+@pytest.mark.parametrize(
+    ("selected", "is_itself", "taken"),
+    [("decimation", True, "spatial_filter"), ("decimation", False, None), ("disparity_noise", True, None)],
+)
+def test_a_filter_comes_before_what_takes_many_times_the_pixels(
+    monkeypatch: pytest.MonkeyPatch, selected: str, is_itself: bool, taken: str | None
+) -> None:
+    """Beside a decimation that closes more an edge-preserving filter was found at the end of the search's budget."""
+    monkeypatch.setattr(grow, "_closes_enough", lambda *_: True)
+    monkeypatch.setattr(grow, "has_more_pixels", lambda effect, _: effect == "decimation")
+    search = FakeSearch()
+    search.evidence = SimpleNamespace(camera=None)  # type: ignore[attr-defined]
+    search.stands_for_another = lambda of: not is_itself  # type: ignore[attr-defined]
+    leaders = [Trial(model(selected), 0.5), Trial(model("spatial_filter"), 0.6)]
+    found = grow._for_the_moment(cast("Search", search), chain(1.0), leaders, leaders[0])
+    assert (found.newest.effect if found else None) == taken
 
 
 def test_holes_beside_light_are_holes_beside_holes() -> None:

@@ -9,7 +9,7 @@ from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.hiding import beneath_a_filter, cancelling
 from depthsim.gap.depth.fit.in_one import law_in_place
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, is_filling
+from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, has_more_pixels, is_filling
 from depthsim.gap.selection import closes_enough, closes_enough_alone
 from depthsim.sensor.effect import effect_class
 from depthsim.sensor.parameter import learned_of
@@ -21,7 +21,8 @@ def grow(search: Search, chain: Chain) -> None:
     """Every cause that is supported, into the chain.
 
     Two causes may each leave what is the other's. So where none of the leaders acts where the gap lies, or one that is
-    far behind, the one that closes most is taken all the same, a few times, and asked again when the others are there.
+    far behind, the one that closes most is taken all the same, a few times, and asked again when the others are there;
+    and so is a filter before what takes many times the pixels, as all that follows would beside that.
     """
     while chain.model is None or len(chain.model.parts) < search.config.select.most_causes:
         if not search.leaves(chain.model, chain.score):
@@ -33,11 +34,9 @@ def grow(search: Search, chain: Chain) -> None:
         selected = _first_supported(search, chain, leaders)
         if selected is None:
             selected = beneath_a_filter(search, chain)
-        if len(chain.trusted) < search.config.select.trusted:
-            itself = next((one for one in leaders if not _is_for_another(search, one)), None)
-            if itself and _is_far_ahead(search, itself, selected) and _closes_enough(search, chain, itself, leaders):
-                selected = itself
-                chain.trust(itself.newest.effect)
+        if (taken := _for_the_moment(search, chain, leaders, selected)) is not None:
+            selected = taken
+            chain.trust(taken.newest.effect)
         if chain.model is None or selected is None:
             selected = cancelling(search, chain, selected) or selected
         if selected is None:
@@ -50,6 +49,21 @@ def grow(search: Search, chain: Chain) -> None:
             whole = law_in_place(search, Trial(chain.model, chain.gap))
             chain.model, chain.gap = whole.model, whole.gap
         chain.score = search.validator.score(chain.model.build(search.base))
+
+
+def _for_the_moment(search: Search, chain: Chain, leaders: Sequence[Trial], selected: Trial | None) -> Trial | None:
+    """What is taken in the place of what acts where the gap lies, if that is far behind or makes all else slow."""
+    if len(chain.trusted) >= search.config.select.trusted:
+        return None
+    if selected is not None and has_more_pixels(selected.newest.effect, search.evidence.camera):
+        filters = (one for one in leaders if effect_class(one.newest.effect).kinds[:2] == _SMOOTHED)
+        found = next((one for one in filters if not _is_for_another(search, one)), None)
+        if found is not None and _closes_enough(search, chain, found, leaders):
+            return found
+    itself = next((one for one in leaders if not _is_for_another(search, one)), None)
+    if itself and _is_far_ahead(search, itself, selected) and _closes_enough(search, chain, itself, leaders):
+        return itself
+    return None
 
 
 def _is_for_another(search: Search, trial: Trial) -> bool:

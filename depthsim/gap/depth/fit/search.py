@@ -129,11 +129,7 @@ class Search(Fitting):
             model = self._from_elsewhere(model, before)
             whole = self.fit(so_far.plus(model) if so_far else model, 2, polished_below=0)
             for begun in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
-                for begin in begun:
-                    other, was = self._fit(begin, 3, polished_below=0)[0], whole.loss
-                    whole = min(whole, other, key=lambda fitted: fitted.loss)
-                    if abs(other.loss - was) < self.config.fit.same_minimum * was:
-                        break
+                whole = self._best_begun(whole, begun)
             return whole
 
         begun = list(self._told(whole_of, leaders, [f"fitting {model.parts[-1].effect}" for model in leaders]))
@@ -173,6 +169,22 @@ class Search(Fitting):
         rest = not_outdone(found, lambda trial: trial.gap, lambda trial: len(trial.newest.free), alike)
         first = plainest(rest, lambda trial: trial.gap, plain, margin)
         return sorted(found, key=lambda trial: trial is not first)
+
+    def _best_begun(self, whole: Model, begun: Iterable[Model]) -> Model:
+        """A fitted model, or the same from where else it may begin, if that comes nearer.
+
+        A few frames tell which place is best, and no other is tried after one that leads to what is known already.
+        """
+        _, target, roots = self._on(self._few)
+        best = Model(whole.parts, whole.x, loss(target, roots(whole.build(self.base))))
+        elsewhere = None
+        for begin in begun:
+            other = self.fit_roughly(begin, 3)
+            if abs(other.loss - best.loss) < self.config.fit.same_minimum * best.loss:
+                break
+            if other.loss < best.loss:
+                best = elsewhere = other
+        return self.fit(elsewhere, 2, polished_below=0, elsewhere=True) if elsewhere else whole
 
     def _further(self, model: Model, least: float, without: float) -> Model:
         """One of the leaders, fitted in full if it may win; what the others close is reported as it is.
