@@ -28,15 +28,15 @@ def added(
     return Candidate(kind.id, free, fixed, (*suggested, *starts), replaces)
 
 
-def _between(free: Free, low: float, high: float) -> Free:
-    return replace(free, low=max(free.low, low), high=min(free.high, high))
-
-
 def as_learned(kind: type[Effect], values: Mapping[str, Any], setting: Setting, config: DepthFit) -> Candidate:
     """An effect with the parameters that the recording itself has shown, of which some may still be fitted."""
     free = free_of(kind, setting, config)
     fixed = {name: value for name, value in values.items() if name not in {f.key for f in free}}
     return Candidate(kind.id, free, fixed, (tuple(value_of(f, values, setting) for f in free),))
+
+
+def _between(free: Free, low: float, high: float) -> Free:
+    return replace(free, low=max(free.low, low), high=min(free.high, high))
 
 
 def _product(grids: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:

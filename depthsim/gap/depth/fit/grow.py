@@ -9,7 +9,7 @@ from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.hiding import beneath_a_filter, cancelling
 from depthsim.gap.depth.fit.in_one import law_in_place
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, has_more_pixels, is_filling
+from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, has_more_pixels, is_filling, is_filter
 from depthsim.gap.selection import closes_enough, closes_enough_alone
 from depthsim.sensor.effect import effect_class
 from depthsim.sensor.parameter import learned_of
@@ -56,7 +56,7 @@ def _for_the_moment(search: Search, chain: Chain, leaders: Sequence[Trial], sele
     if len(chain.trusted) >= search.config.select.trusted:
         return None
     if selected is not None and has_more_pixels(selected.newest.effect, search.evidence.camera):
-        filters = (one for one in leaders if effect_class(one.newest.effect).kinds[:2] == _SMOOTHED)
+        filters = (one for one in leaders if is_filter(one.newest.effect))
         found = next((one for one in filters if not _is_for_another(search, one)), None)
         if found is not None and _closes_enough(search, chain, found, leaders):
             return found

@@ -11,7 +11,7 @@ from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.depth.fit.search import Search, is_filter
 from depthsim.sensor.effect import Effect, effect_class
 
 
@@ -68,7 +68,7 @@ def beneath_a_filter(search: Search, chain: Chain) -> Trial | None:
         return None
 
     def may_filter(effect: type[Effect]) -> bool:
-        known = effect.axes[0] if effect.kinds[:2] == ("correlation", "spread") else ""
+        known = effect.axes[0] if is_filter(effect.id) else ""
         more = neighbours.lacking(search.validator, known, before) if known in neighbours.HISTOGRAMS else 0.0
         return more > search.config.agreement.brought_together
 

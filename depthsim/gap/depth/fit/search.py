@@ -419,6 +419,11 @@ def has_more_pixels(effect: str, camera: Camera) -> bool:
     return eye.width * eye.height > camera.width * camera.height
 
 
+def is_filter(effect: str) -> bool:
+    """Whether an effect makes neighbours go together and takes noise away, as one picture is smoothed."""
+    return effect_class(effect).kinds[:2] == ("correlation", "spread")
+
+
 def is_filling(effect: str) -> bool:
     """Whether an effect fills holes of others."""
     return any(is_anywhere(other) for other in effect_class(effect).seen_on)
