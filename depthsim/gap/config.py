@@ -90,6 +90,9 @@ class DepthFit(Section):
         14, "of the bank that are fitted in a first look, by how they begin, beside those that begin with nothing"
     )
     looked_at_again: int = _count(8, "the same for a further cause")
+    promising: float = _value(
+        0.05, "of the best gain, that slopes must promise of what has the scene cast anew, for a first look at it"
+    )
     rounds_from_beyond: int = _count(3, "of a first look at what begins farther off than nothing; of others one")
     places: int = _count(3, "where fits of a leader begin that has many parameters")
     rounds_elsewhere: int = _count(4, "from each of these places, on a few frames")

@@ -1,5 +1,6 @@
 """When causes are looked for once more: after one has taken another's place, and with another one first."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -46,6 +47,9 @@ class FakeSearch:
 
     def fit(self, of: Model, rounds: int, polished_below: float = np.inf, elsewhere: bool = False) -> Model:
         return of
+
+    def begin_near(self, less: Model, candidate: Candidate, of: Model) -> Model | None:
+        return less.plus(model(candidate.effect))
 
     def say(self, text: str) -> None:
         pass
@@ -143,6 +147,7 @@ def test_nothing_is_seen_behind_biases_that_are_no_causes_there(monkeypatch: pyt
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     monkeypatch.setattr(select, "first_axes", lambda validator, effects: [])
     monkeypatch.setattr(select, "Search", lambda *_: SimpleNamespace(config=DepthConfig()))
+    monkeypatch.setattr(select, "Fitting", lambda *_: FakeSearch(rolling_shutter=0.3))
     left = SimpleNamespace(stands_out=lambda limit: True, gap=0.3, floor=0.1)
     evidence = SimpleNamespace(config=DepthConfig(), base=())
     validator = SimpleNamespace(evidence=evidence, score=lambda effects: left, quick=lambda effects: 1.0)
@@ -154,6 +159,23 @@ def test_nothing_is_seen_behind_biases_that_are_no_causes_there(monkeypatch: pyt
     monkeypatch.setattr(select, "_chain", again)
     found = Selection(model("rolling_shutter"), {}, (), ())
     assert select.select_more(cast("Any", validator), [], found, lambda _: None) is (found if stays else None)
+
+
+def test_what_parameters_are_off_by_behind_biases_is_for_no_other_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A time offset that is fitted a little off: what that leaves, much beside the noise there, was taken for holes."""
+    monkeypatch.setattr(Model, "build", lambda model, base: model.x)
+    monkeypatch.setattr(select, "Search", lambda *_: pytest.fail("nothing is left"))
+    found, better = Selection(model("time_offset"), {}, (), ()), replace(model("time_offset"), x=np.ones(1))
+    fitting = SimpleNamespace(fit=lambda of, rounds: better, validated=lambda of: Trial(of, 0.1))
+    monkeypatch.setattr(select, "Fitting", lambda *_: fitting)
+
+    def score(effects: Any) -> Any:
+        return SimpleNamespace(stands_out=lambda limit: effects is not better.x, gap=0.3, floor=0.1)
+
+    evidence = SimpleNamespace(config=DepthConfig(), base=())
+    validator = SimpleNamespace(evidence=evidence, score=score, quick=lambda effects: 1.0)
+    more = select.select_more(cast("Any", validator), [], found, lambda _: None)
+    assert more is not None and more.model is better
 
 
 @pytest.mark.parametrize("better", [True, False])
@@ -364,7 +386,6 @@ def test_what_is_known_where_the_gap_lies_takes_the_place_of_what_is_not(
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     search = FakeSearch(disparity_noise_fill_rate=0.2, disparity_noise_material_dropout=gap)
     search.known_here = lambda of, kind: model("fill_rate", "material_dropout").parts  # type: ignore[attr-defined]
-    search.begin = lambda candidate, base: model(candidate.effect)  # type: ignore[attr-defined]
     search.disagreement = lambda of, number, alone: None if agrees else "leaves much"  # type: ignore[attr-defined]
     found = confirm._in_its_place(cast("Search", search), model("disparity_noise", "fill_rate"), 1)
     assert ([part.effect for part in found.parts] if found else None) == (
@@ -381,7 +402,6 @@ def test_what_is_plainer_and_does_as_well_takes_the_place(
     material = Candidate("material_dropout", (Free("rate", 0, 1, False, 0.1),) * 3, {}, ((0.1,) * 3,))
     search = FakeSearch(disparity_noise_fill_rate=gap, disparity_noise_material_dropout=0.2)
     search.known_here = lambda of, kind: model("fill_rate").parts  # type: ignore[attr-defined]
-    search.begin = lambda candidate, base: model(candidate.effect)  # type: ignore[attr-defined]
     search.disagreement = lambda of, number, alone: None  # type: ignore[attr-defined]
     whole = Model((*model("disparity_noise").parts, material), np.zeros(3))
     found = confirm._in_its_place(cast("Search", search), whole, 1)
@@ -398,7 +418,6 @@ def test_what_is_alike_another_cause_takes_a_place_for_much_only(
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     search = FakeSearch(range_dropout=0.2, range_dropout_material_dropout=0.2, range_dropout_max_range=gap)
     search.known_here = lambda of, kind: model("max_range").parts  # type: ignore[attr-defined]
-    search.begin = lambda candidate, base: model(candidate.effect)  # type: ignore[attr-defined]
     search.disagreement = lambda of, number, alone: None  # type: ignore[attr-defined]
     found = confirm._in_its_place(cast("Search", search), model("range_dropout", "material_dropout"), 1)
     assert (found is not None) == taken

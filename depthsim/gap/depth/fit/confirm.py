@@ -59,7 +59,8 @@ def _in_its_place(search: Search, model: Model, worst: int) -> Model | None:
     for candidate in search.known_here(less, refused.kinds[0]) if less.parts else ():
         if candidate.effect == refused.id:
             continue
-        begun = less.plus(search.begin(candidate, less.build(search.base)))
+        if (begun := search.begin_near(less, candidate, model)) is None:
+            continue
         trial = search.validated(search.fit(begun, 4, search.config.fit.behind * model.loss, elsewhere=True))
         plainer = found is None and len(candidate.free) < len(part.free)
         near = trial.gap < best + (margin if plainer else 0)

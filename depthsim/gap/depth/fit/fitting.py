@@ -8,7 +8,7 @@ import numpy as np
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.fit.candidate import Candidate
-from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, polish, refine, starts
+from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, loss, polish, refine, starts
 from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.sensor.effect import Effect
 
@@ -42,7 +42,7 @@ class Fitting:
         self._fitted_on = Validator(evidence, evidence.train)
         self._few = first_look(evidence, validator.ruler, before)
         self._fitted: dict[frozenset[str], tuple[Model, int, bool]] = {}
-        self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few, evidence.train)}
+        self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few[:1], self._few, evidence.train)}
 
     @property
     def whole(self) -> float:
@@ -94,6 +94,15 @@ class Fitting:
     def fit_roughly(self, model: Model, rounds: int) -> Model:
         """The model after some rounds on a few of the frames for fitting; its loss is of those."""
         return refine(model, *self._on(self._few), self.config.fit, rounds)
+
+    def begin_near(self, less: Model, candidate: Candidate, model: Model) -> Model | None:
+        """A candidate on top of ``less``, fitted on a few frames; None if that is far behind ``model`` there.
+
+        Then no fit on all of them makes it an equal.
+        """
+        _, target, roots = self._on(self._few)
+        begun = self.fit_roughly(less.plus(self.begin(candidate, less.build(self.base), roughly=True)), 3)
+        return begun if begun.loss < self.config.fit.behind * loss(target, roots(model.build(self.base))) else None
 
     def _fit(self, model: Model, rounds: int, polished_below: float) -> tuple[Model, bool]:
         arguments = self._on(self.evidence.train)

@@ -19,6 +19,7 @@ _COMB = tuple(sign * move for move in (0.02, 0.04, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6,
 _BEYOND, _MUCH = 0.05, 0.5
 """The part of the way to a place where a fit may begin, by less of which it is far beyond the recording; and of what
 another place promises, so much of which is enough where it is nearer."""
+_FIRST_DAMPING = 1e-3
 _DAMPED, _AS_PROMISED = 0.01, 0.8
 """A step that is damped by less, and takes off what the slopes promise, to this share, ends where they have their
 least: twice as long a one would take off nothing."""
@@ -116,6 +117,19 @@ def starts(
     return [tries[k] for k in order], max(gains)
 
 
+def promised(
+    model: Model, base: Sequence[Effect], here: Floats, target: Floats, roots: Roots, config: DepthFit
+) -> float:
+    """What of the loss slopes promise that a first step takes off, where a model begins.
+
+    here: what it does there.
+    """
+    jacobian = _jacobian(model, base, model.x, here, roots, config.trial, both_sides=False)
+    normal = np.einsum("bi,bj->ij", jacobian, jacobian)
+    gradient = np.einsum("bi,b->i", jacobian, target - here)
+    return _promise(normal, gradient, _step(normal, gradient, _FIRST_DAMPING, config))
+
+
 def refine(
     model: Model,
     base: Sequence[Effect],
@@ -139,7 +153,7 @@ def refine(
     scipy.optimize.least_squares (trf, the same slopes and bounds) was tried on four recordings: on one of them it lost
     two of three causes, and it took 1.3 and 2.3 times as long on the two that were timed.
     """
-    x, damping = model.x.copy(), 1e-3
+    x, damping = model.x.copy(), _FIRST_DAMPING
     if not len(x):
         return model
     here = roots(model.build(base, x))
@@ -152,8 +166,7 @@ def refine(
         gradient = np.einsum("bi,b->i", jacobian, target - here)
         before = least
         for _ in range(3):
-            damped = normal + damping * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(x))
-            step = np.clip(np.linalg.solve(damped, gradient), -config.longest_step, config.longest_step)
+            step = _step(normal, gradient, damping, config)
             tried = model.bounded(x + step)
             there = roots(model.build(base, tried))
             new = loss(target, there)
@@ -163,8 +176,8 @@ def refine(
         else:
             break
         origin, went = x, tried - x
-        promised = float((went * (2 * gradient - (normal * went).sum(axis=1))).sum())
-        as_promised = _AS_PROMISED * promised < before - new < promised / _AS_PROMISED
+        promise = _promise(normal, gradient, went)
+        as_promised = _AS_PROMISED * promise < before - new < promise / _AS_PROMISED
         doublings = 0 if damping < _DAMPED and as_promised else 4
         x, here, least, damping = tried, there, new, damping / 10
         for _ in range(doublings):
@@ -236,6 +249,16 @@ def best_neighbour(model: Model, base: Sequence[Effect], target: Floats, roots: 
     losses = [loss(target, roots(model.build(base, x))) for x in places]
     best = int(np.argmin(losses))
     return Model(model.parts, places[best], losses[best], model.jacobian)
+
+
+def _step(normal: Floats, gradient: Vector, damping: float, config: DepthFit) -> Vector:
+    damped = normal + damping * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(gradient))
+    return np.clip(np.linalg.solve(damped, gradient), -config.longest_step, config.longest_step)
+
+
+def _promise(normal: Floats, gradient: Vector, step: Vector) -> float:
+    """What of the loss a step takes off, if the slopes stay as they are."""
+    return float((step * (2 * gradient - (normal * step).sum(axis=1))).sum())
 
 
 def _jacobian(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from depthsim.gap.depth.fit.marks import (
     makes_steps,
     stays_at_pixels,
 )
-from depthsim.gap.depth.fit.optimize import Model, loss, refine, starts
+from depthsim.gap.depth.fit.optimize import Model, loss, promised, refine, starts
 from depthsim.gap.selection import not_outdone, plainest
 from depthsim.sensor.effect import Effect, Stage, effect_class
 
@@ -127,17 +127,13 @@ class Search(Fitting):
 
         def whole_of(model: Model) -> Model:
             model = self._from_elsewhere(model, before)
-            whole = self.fit(so_far.plus(model) if so_far else model, 2, polished_below=0)
+            whole = self.fit_roughly(so_far.plus(model) if so_far else model, 2)
             for begun in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
                 whole = self._best_begun(whole, begun)
             return whole
 
         begun = list(self._told(whole_of, leaders, [f"fitting {model.parts[-1].effect}" for model in leaders]))
-        _, target, roots = self._on(self.evidence.train)
-        without = loss(target, roots(tuple(before)))
-        least = min((whole.loss for whole in begun), default=np.inf)
-        further = self.evidence.side_by_side(lambda whole: self.validated(self._further(whole, least, without)), begun)
-        found = list(further)
+        found = self._fitted_further(begun, before)
         found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well one that is known by where the gap changes first comes first, and then the
         # plainest: holes everywhere before holes on every material, and what there is otherwise before what is new.
@@ -170,31 +166,41 @@ class Search(Fitting):
         first = plainest(rest, lambda trial: trial.gap, plain, margin)
         return sorted(found, key=lambda trial: trial is not first)
 
-    def _best_begun(self, whole: Model, begun: Iterable[Model]) -> Model:
-        """A fitted model, or the same from where else it may begin, if that comes nearer.
+    def _best_begun(self, best: Model, begun: Iterable[Model]) -> Model:
+        """A model that is fitted on a few frames, or the same from where else it may begin, if that comes nearer.
 
-        A few frames tell which place is best, and no other is tried after one that leads to what is known already.
+        No other is tried after one that leads to what is known already.
         """
-        _, target, roots = self._on(self._few)
-        best = Model(whole.parts, whole.x, loss(target, roots(whole.build(self.base))))
-        elsewhere = None
         for begin in begun:
             other = self.fit_roughly(begin, 3)
             if abs(other.loss - best.loss) < self.config.fit.same_minimum * best.loss:
                 break
-            if other.loss < best.loss:
-                best = elsewhere = other
-        return self.fit(elsewhere, 2, polished_below=0, elsewhere=True) if elsewhere else whole
+            best = min(best, other, key=lambda model: model.loss)
+        return best
 
-    def _further(self, model: Model, least: float, without: float) -> Model:
-        """One of the leaders, fitted in full if it may win; what the others close is reported as it is.
+    def _fitted_further(self, begun: Sequence[Model], before: Sequence[Effect]) -> list[Trial]:
+        """Leaders that are fitted on a few frames, fitted in full if they may win; what the others close is reported as
+        it is.
 
-        least: the loss of the best of them, without: that of what is there already.
+        before: what is there already.
         """
         config = self.config.fit
-        if model.loss > without or model.loss >= config.far_behind * least:
-            return model
-        return self.fit(model, 4, config.behind * least)
+        _, target, roots = self._on(self._few)
+        without = loss(target, roots(tuple(before)))
+        enough = min(without, config.far_behind * min((model.loss for model in begun), default=np.inf))
+        fitted = list(
+            self.evidence.side_by_side(
+                lambda model: self.fit(model, 4, polished_below=0, elsewhere=True) if model.loss <= enough else None,
+                begun,
+            )
+        )
+        least = min((model.loss for model in fitted if model), default=np.inf)
+
+        def validated(number: int) -> Trial:
+            model = fitted[number]
+            return self.validated(self.fit(model, 4, config.behind * least) if model else begun[number])
+
+        return list(self.evidence.side_by_side(validated, range(len(begun))))
 
     def is_less(self, trial: Trial, by: float = 0.0) -> bool:
         """Whether an effect that the simulator has is fitted to be less, by more than so many changes that matter."""
@@ -379,19 +385,25 @@ class Search(Fitting):
             for k, c in enumerate(self.bank)
             if not (c.in_place or c.effect in taken or c.replaces & taken or is_out(c.effect))
         ]
-        here, many = roots(base), len(self.bank)
+        here, many, fit = roots(base), len(self.bank), self.config.fit
         looking = [f"looking at {self.bank[k].effect}, {k + 1} of {many}" for k in open_to]
-        places = self._told(lambda k: starts(self.bank[k], base, here, target, roots), open_to, looking)
-        begun = dict(zip(open_to, places, strict=True))
-        most = self.config.fit.looked_at if so_far is None else self.config.fit.looked_at_again
+        begun = dict(zip(open_to, self._told(lambda k: self._begun(k, base), open_to, looking), strict=True))
+        most = fit.looked_at if so_far is None else fit.looked_at_again
         first = first_axes(self.validator, base)
         known = [k for k in open_to if _is_known_by(self.bank[k].effect, first)]  # however far off they begin
-        open_to = sorted({*worth_a_look({k: begun[k][1] for k in open_to}, most), *known})
+        most_gained = max((begun[k].gain for k in open_to if np.isfinite(begun[k].gain)), default=0.0)
+        promising = {k for k in open_to if begun[k].promised >= fit.promising * most_gained}
+        gains = {k: begun[k].gain for k in open_to if k in promising}
+        open_to = sorted({*worth_a_look(gains, most), *known})
         best: dict[tuple[str, bool, str], Model] = {}
-        without, fit = loss(target, here), self.config.fit
+        without = loss(target, here)
 
         def come_nearer(k: int) -> Model:
-            place = begun[k][0][0]
+            place = begun[k].place
+            if self._is_costly(k):
+                place = replace(place, loss=loss(target, roots(place.build(base))))
+            if all(free.whole for free in place.free):  # which have no slopes
+                return place
             return refine(place, base, target, roots, fit, 1 if place.loss <= without else fit.rounds_from_beyond)
 
         refined = self.evidence.side_by_side(come_nearer, open_to)
@@ -401,7 +413,33 @@ class Search(Fitting):
             key = candidate.effect, bool(candidate.replaces), form
             if key not in best or model.loss < best[key].loss:
                 best[key] = model
-        return sorted(best.values(), key=lambda model: model.loss)
+        near = (model for model in best.values() if model.loss < fit.far_behind * without)
+        return sorted(near, key=lambda model: model.loss)
+
+    def _begun(self, number: int, base: Sequence[Effect]) -> "_Begun":
+        """Where one of the bank begins on a few frames; what takes long is looked at on a part of those."""
+        candidate = self.bank[number]
+        blocks = self._few[:1] if self._is_costly(number) else self._few
+        _, target, roots = self._on(blocks)
+        here, more = roots(tuple(base)), len(self._few) / len(blocks)
+        places, gain = starts(candidate, base, here, target, roots)
+        flat = self._is_costly(number) and np.isinf(gain)
+        slopes = promised(places[0], base, here, target, roots, self.config.fit) if flat else np.inf
+        return _Begun(places[0], more * gain, more * slopes)
+
+    def _is_costly(self, number: int) -> bool:
+        """Whether one of the bank has the scene cast anew by every trial, or takes many times the pixels."""
+        effect = self.bank[number].effect
+        return bends_rays(effect) or has_more_pixels(effect, self.evidence.camera)
+
+
+class _Begun(NamedTuple):
+    """Where one of the bank begins, and its gain, see :func:`optimize.starts`. promised: what slopes promise where that
+    is not known, of what takes long."""
+
+    place: Model
+    gain: float
+    promised: float
 
 
 def worth_a_look(gains: Mapping[int, float], most: int) -> list[int]:
@@ -417,6 +455,12 @@ def has_more_pixels(effect: str, camera: Camera) -> bool:
     """Whether an effect takes a picture of more pixels than ``camera`` has."""
     eye = effect_class(effect)().imager(camera)
     return eye.width * eye.height > camera.width * camera.height
+
+
+def bends_rays(effect: str) -> bool:
+    """Whether an effect has the scene cast anew."""
+    known = effect_class(effect)
+    return known.stage <= Stage.OPTICS or known.moves_camera
 
 
 def is_filter(effect: str) -> bool:

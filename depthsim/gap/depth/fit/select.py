@@ -16,7 +16,7 @@ from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.confirm import confirmed
 from depthsim.gap.depth.fit.finer import with_pattern_beside_biases
-from depthsim.gap.depth.fit.fitting import Say, Trial
+from depthsim.gap.depth.fit.fitting import Fitting, Say, Trial
 from depthsim.gap.depth.fit.grow import grow
 from depthsim.gap.depth.fit.in_one import biases_in_one, noises_in_one
 from depthsim.gap.depth.fit.optimize import Model
@@ -79,6 +79,13 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
         return None
     if left.floor <= evidence.config.significance.least:  # no noise: what is left is how depths are rounded
         return found
+    fitting = Fitting(evidence, validator, (), before, say)
+    again = fitting.validated(fitting.fit(model, 4))  # what its parameters are off by there is for no other cause
+    if again.gap < left.gap:
+        model, before = again.model, again.model.build(evidence.base)
+        found, left = replace(found, model=model), validator.score(before)
+        if not left.stands_out(evidence.config.significance):
+            return found
     theirs = {"bias"} | ({one.kinds[0] for one in model.effects} & {"spread", "missing"})
     if any(kind == "bias" for kind, _ in first_axes(validator, before)):
         theirs.add("spread")
