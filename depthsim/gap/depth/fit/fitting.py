@@ -1,7 +1,8 @@
 """Models at their best parameters on the frames for fitting, and their gaps on the frames held out."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.sensor.effect import Effect
 
 Say = Callable[[str], None]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ class Fitting:
         self._fitted_on = Validator(evidence, evidence.train)
         self._few = first_look(evidence, validator.ruler, before)
         self._fitted: dict[frozenset[str], tuple[Model, int, bool]] = {}
+        self._known: dict[tuple[object, ...], Any] = {}
         self._targets = {len(b): self._sum(evidence.real_counts(b)) for b in (self._few[:1], self._few, evidence.train)}
 
     @property
@@ -91,9 +94,25 @@ class Fitting:
         self._fitted[_key(model)] = fitted, rounds, polished
         return fitted
 
+    def fitted(self, model: Model) -> Model | None:
+        """A model of the same parts that was fitted before."""
+        known = self._fitted.get(_key(model))
+        return known[0] if known else None
+
     def fit_roughly(self, model: Model, rounds: int) -> Model:
         """The model after some rounds on a few of the frames for fitting; its loss is of those."""
-        return refine(model, *self._on(self._few), self.config.fit, rounds)
+
+        def fit() -> Model:
+            return replace(refine(model, *self._on(self._few), self.config.fit, rounds), jacobian=None)
+
+        return self.once((rounds, *map(repr, model.parts), model.x.tobytes()), fit)
+
+    def once(self, key: tuple[object, ...], work: Callable[[], T]) -> T:
+        """What ``work`` finds, found once: the bank is tried again on top of what was dropped in between."""
+        if key not in self._known:
+            self._known[key] = work()
+        known: T = self._known[key]
+        return known
 
     def begin_near(self, less: Model, candidate: Candidate, model: Model) -> Model | None:
         """A candidate on top of ``less``, fitted on a few frames; None if that is far behind ``model`` there.

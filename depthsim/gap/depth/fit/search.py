@@ -188,12 +188,15 @@ class Search(Fitting):
         _, target, roots = self._on(self._few)
         without = loss(target, roots(tuple(before)))
         enough = min(without, config.far_behind * min((model.loss for model in begun), default=np.inf))
-        fitted = list(
-            self.evidence.side_by_side(
-                lambda model: self.fit(model, 4, polished_below=0, elsewhere=True) if model.loss <= enough else None,
-                begun,
-            )
-        )
+
+        def in_full(model: Model) -> Model | None:
+            if model.loss > enough:
+                return None
+            known = self.fitted(model)
+            is_elsewhere = known is not None and loss(target, roots(known.build(self.base))) > model.loss
+            return self.fit(model, 4, polished_below=0, elsewhere=is_elsewhere)
+
+        fitted = list(self.evidence.side_by_side(in_full, begun))
         least = min((model.loss for model in fitted if model), default=np.inf)
 
         def validated(number: int) -> Trial:
@@ -387,7 +390,12 @@ class Search(Fitting):
         ]
         here, many, fit = roots(base), len(self.bank), self.config.fit
         looking = [f"looking at {self.bank[k].effect}, {k + 1} of {many}" for k in open_to]
-        begun = dict(zip(open_to, self._told(lambda k: self._begun(k, base), open_to, looking), strict=True))
+        here_is = repr([(effect.id, effect) for effect in base])
+
+        def begin(k: int) -> _Begun:
+            return self.once(("begun", k, here_is), lambda: self._begun(k, base))
+
+        begun = dict(zip(open_to, self._told(begin, open_to, looking), strict=True))
         most = fit.looked_at if so_far is None else fit.looked_at_again
         first = first_axes(self.validator, base)
         known = [k for k in open_to if _is_known_by(self.bank[k].effect, first)]  # however far off they begin
@@ -404,9 +412,12 @@ class Search(Fitting):
                 place = replace(place, loss=loss(target, roots(place.build(base))))
             if all(free.whole for free in place.free):  # which have no slopes
                 return place
-            return refine(place, base, target, roots, fit, 1 if place.loss <= without else fit.rounds_from_beyond)
+            rounds = 1 if place.loss <= without else fit.rounds_from_beyond
+            return replace(refine(place, base, target, roots, fit, rounds), jacobian=None)
 
-        refined = self.evidence.side_by_side(come_nearer, open_to)
+        refined = self.evidence.side_by_side(
+            lambda k: self.once(("nearer", k, here_is), lambda: come_nearer(k)), open_to
+        )
         for number, model in zip(open_to, refined, strict=True):
             candidate = self.bank[number]
             form = repr(candidate.fixed) if effect_class(candidate.effect).exact else ""
