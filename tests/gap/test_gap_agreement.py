@@ -20,7 +20,7 @@ from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.fit import agreement, itself, marks, rules
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import KINDS, Changes, _scaled, less_others
-from depthsim.gap.depth.fit.search import worth_a_look
+from depthsim.gap.depth.fit.screening import worth_a_look
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.where.differences import holes_together, moments, tails
 from depthsim.presets import preset

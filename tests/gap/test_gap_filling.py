@@ -15,7 +15,8 @@ from depthsim.gap.depth.fit import changes
 from depthsim.gap.depth.fit.changes import too_many_left
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, is_filling
+from depthsim.gap.depth.fit.search import GONE, Search
+from depthsim.gap.depth.fit.traits import fills_besides, is_filling
 from depthsim.sensor.effect import effect_class, effect_ids
 
 if TYPE_CHECKING:

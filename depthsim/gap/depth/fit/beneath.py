@@ -19,7 +19,8 @@ from depthsim.gap.depth.fit.changes import (
     where_they_begin,
 )
 from depthsim.gap.depth.fit.fitting import Trial
-from depthsim.gap.depth.fit.search import Search, is_anywhere
+from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.depth.fit.traits import is_anywhere
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import effect_class
 

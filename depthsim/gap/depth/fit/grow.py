@@ -9,7 +9,8 @@ from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.hiding import beneath_a_filter, cancelling
 from depthsim.gap.depth.fit.in_one import law_in_place
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import GONE, Search, fills_besides, has_more_pixels, is_filling, is_filter
+from depthsim.gap.depth.fit.search import GONE, Search
+from depthsim.gap.depth.fit.traits import fills_besides, has_more_pixels, is_filling, is_filter
 from depthsim.gap.selection import closes_enough, closes_enough_alone
 from depthsim.sensor.effect import effect_class
 from depthsim.sensor.parameter import learned_of

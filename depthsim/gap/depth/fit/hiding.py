@@ -11,7 +11,8 @@ from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.search import Search, is_filter
+from depthsim.gap.depth.fit.search import Search
+from depthsim.gap.depth.fit.traits import is_filter
 from depthsim.sensor.effect import Effect, effect_class
 
 

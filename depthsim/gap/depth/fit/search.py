@@ -1,16 +1,14 @@
 """The bank of effects tried on top of the causes found so far: all in a first look, the leaders in full."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from depthsim.camera import Camera
 from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along, left_of_change
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.changes import first_axes, has_effect, holes_lie_apart
-from depthsim.gap.depth.fit.fitting import Fitting, Trial
+from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.itself import is_idle, shows_itself
 from depthsim.gap.depth.fit.marks import (
     brings_together,
@@ -19,18 +17,18 @@ from depthsim.gap.depth.fit.marks import (
     makes_steps,
     stays_at_pixels,
 )
-from depthsim.gap.depth.fit.optimize import Model, loss, promised, refine, starts
+from depthsim.gap.depth.fit.optimize import Model, loss, refine, starts
+from depthsim.gap.depth.fit.screening import Screening
+from depthsim.gap.depth.fit.traits import acts_along, has_more_pixels, is_filling, is_known_by
 from depthsim.gap.selection import not_outdone, plainest
-from depthsim.sensor.effect import Effect, Stage, effect_class
+from depthsim.sensor.effect import Effect, effect_class
 
-S = TypeVar("S")
-T = TypeVar("T")
 GONE = 11.5
 """A hundredth of what it was, as fits vary logarithms."""
 
 
-class Search(Fitting):
-    """Looks at the bank, and asks what leads where it acts."""
+class Search(Screening):
+    """Fits what leads, and asks it where it acts."""
 
     def disagreement(self, model: Model, number: int, *, alone: bool = False) -> str | None:
         """Why one part of a model does not act where the gap lies that the others leave; None if it does.
@@ -48,7 +46,7 @@ class Search(Fitting):
         """Whether the newest part of a model is known by the axis along which its kind of what others leave changes
         first, however little there is of it."""
         effect, before, _ = self._newest(model)
-        return _is_known_by(effect.id, first_axes(self.validator, before, however_little=True))
+        return is_known_by(effect.id, first_axes(self.validator, before, however_little=True))
 
     def goes_together(self, model: Model) -> bool:
         """Whether errors that the newest part of a model makes one by one go together in the recording."""
@@ -122,7 +120,7 @@ class Search(Fitting):
         for two.
         """
         before = so_far.build(self.base) if so_far else self.base
-        screened = self._leading(self._screen(so_far, is_out), before)
+        screened = self._leading(self.screen(so_far, is_out), before)
         leaders = [*screened, *self._passed_over(screened, so_far, earlier, trusted)]
 
         def whole_of(model: Model) -> Model:
@@ -132,7 +130,7 @@ class Search(Fitting):
                 whole = self._best_begun(whole, begun)
             return whole
 
-        begun = list(self._told(whole_of, leaders, [f"fitting {model.parts[-1].effect}" for model in leaders]))
+        begun = list(self.told(whole_of, leaders, [f"fitting {model.parts[-1].effect}" for model in leaders]))
         found = self._fitted_further(begun, before)
         found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well one that is known by where the gap changes first comes first, and then the
@@ -152,8 +150,8 @@ class Search(Fitting):
             free = max([len(trial.newest.free), *(fills if self.is_less(trial, GONE) else ())])
             effect = trial.newest.effect
             return (
-                not _is_known_by(effect, mainly),
-                not _is_known_by(effect, also),
+                not is_known_by(effect, mainly),
+                not is_known_by(effect, also),
                 free,
                 not has_effect(self.base, effect),
             )
@@ -270,7 +268,7 @@ class Search(Fitting):
             if leads or (steps and kind.axes[:1] == ("disparity_phase",)):
                 found.append(model)
         for kind_of_gap, along in first_axes(self.validator, base):
-            acting = [m for m in screened if _acts(m.parts[-1].effect, kind_of_gap, along)]
+            acting = [m for m in screened if acts_along(m.parts[-1].effect, kind_of_gap, along)]
             for name in (None, *sorted(along)):
                 first = next((m for m in acting if name in (None, effect_class(m.parts[-1].effect).axes[0])), None)
                 if first is not None and all(first is not model for model in found):
@@ -351,7 +349,7 @@ class Search(Fitting):
             is_open = not (candidate.in_place or candidate.effect in taken or candidate.replaces & taken)
             effect = effect_class(candidate.effect)
             everywhere = not effect.axes and effect.kinds[0] == kind
-            if is_open and (everywhere or _is_known_by(candidate.effect, first)):
+            if is_open and (everywhere or is_known_by(candidate.effect, first)):
                 yield candidate
 
     def _from_elsewhere(self, model: Model, base: Sequence[Effect]) -> Model:
@@ -366,141 +364,3 @@ class Search(Fitting):
         places = starts(candidate, base, roots(tuple(base)), target, roots)[0][: config.places]
         begun = (refine(place, base, target, roots, config, config.rounds_elsewhere) for place in places)
         return min((model, *begun), key=lambda one: one.loss)
-
-    def _told(self, work: Callable[[S], T], items: Sequence[S], words: Sequence[str]) -> Iterator[T]:
-        """The results of ``work`` on each item, side by side; what is waited for is said."""
-        results = self.evidence.side_by_side(work, items)
-        for said in words:
-            self.say(said)
-            yield next(results)
-
-    def _screen(self, so_far: Model | None, is_out: Callable[[str], bool]) -> list[Model]:
-        """The bank on top of ``so_far``, best first, after a first look; of each effect its best form.
-
-        And of a law that must be met exactly every one, as a few frames do not tell them apart.
-        """
-        taken = {part.effect for part in so_far.parts} if so_far else set()
-        taken |= {name for part in so_far.parts for name in part.replaces} if so_far else set()
-        base = so_far.build(self.base) if so_far else self.base
-        _, target, roots = self._on(self._few)
-        open_to = [
-            k
-            for k, c in enumerate(self.bank)
-            if not (c.in_place or c.effect in taken or c.replaces & taken or is_out(c.effect))
-        ]
-        here, many, fit = roots(base), len(self.bank), self.config.fit
-        looking = [f"looking at {self.bank[k].effect}, {k + 1} of {many}" for k in open_to]
-        here_is = repr([(effect.id, effect) for effect in base])
-
-        def begin(k: int) -> _Begun:
-            return self.once(("begun", k, here_is), lambda: self._begun(k, base))
-
-        begun = dict(zip(open_to, self._told(begin, open_to, looking), strict=True))
-        most = fit.looked_at if so_far is None else fit.looked_at_again
-        first = first_axes(self.validator, base)
-        known = [k for k in open_to if _is_known_by(self.bank[k].effect, first)]  # however far off they begin
-        most_gained = max((begun[k].gain for k in open_to if np.isfinite(begun[k].gain)), default=0.0)
-        promising = {k for k in open_to if begun[k].promised >= fit.promising * most_gained}
-        gains = {k: begun[k].gain for k in open_to if k in promising}
-        open_to = sorted({*worth_a_look(gains, most), *known})
-        best: dict[tuple[str, bool, str], Model] = {}
-        without = loss(target, here)
-
-        def come_nearer(k: int) -> Model:
-            place = begun[k].place
-            if self._is_costly(k):
-                place = replace(place, loss=loss(target, roots(place.build(base))))
-            if all(free.whole for free in place.free):  # which have no slopes
-                return place
-            rounds = 1 if place.loss <= without else fit.rounds_from_beyond
-            return replace(refine(place, base, target, roots, fit, rounds), jacobian=None)
-
-        refined = self.evidence.side_by_side(
-            lambda k: self.once(("nearer", k, here_is), lambda: come_nearer(k)), open_to
-        )
-        for number, model in zip(open_to, refined, strict=True):
-            candidate = self.bank[number]
-            form = repr(candidate.fixed) if effect_class(candidate.effect).exact else ""
-            key = candidate.effect, bool(candidate.replaces), form
-            if key not in best or model.loss < best[key].loss:
-                best[key] = model
-        near = (model for model in best.values() if model.loss < fit.far_behind * without)
-        return sorted(near, key=lambda model: model.loss)
-
-    def _begun(self, number: int, base: Sequence[Effect]) -> "_Begun":
-        """Where one of the bank begins on a few frames; what takes long is looked at on a part of those."""
-        candidate = self.bank[number]
-        blocks = self._few[:1] if self._is_costly(number) else self._few
-        _, target, roots = self._on(blocks)
-        here, more = roots(tuple(base)), len(self._few) / len(blocks)
-        places, gain = starts(candidate, base, here, target, roots)
-        flat = self._is_costly(number) and np.isinf(gain)
-        slopes = promised(places[0], base, here, target, roots, self.config.fit) if flat else np.inf
-        return _Begun(places[0], more * gain, more * slopes)
-
-    def _is_costly(self, number: int) -> bool:
-        """Whether one of the bank has the scene cast anew by every trial, or takes many times the pixels."""
-        effect = self.bank[number].effect
-        return bends_rays(effect) or has_more_pixels(effect, self.evidence.camera)
-
-
-class _Begun(NamedTuple):
-    """Where one of the bank begins, and its gain, see :func:`optimize.starts`. promised: what slopes promise where that
-    is not known, of what takes long."""
-
-    place: Model
-    gain: float
-    promised: float
-
-
-def worth_a_look(gains: Mapping[int, float], most: int) -> list[int]:
-    """Of a bank those that begin best, and all that begin with nothing, whose gain is infinite: it is not known.
-
-    Which these are depends on the recording. They do not take the place of what is on its way.
-    """
-    known = sorted((number for number, gain in gains.items() if np.isfinite(gain)), key=lambda number: -gains[number])
-    return [number for number, gain in gains.items() if number in known[:most] or not np.isfinite(gain)]
-
-
-def has_more_pixels(effect: str, camera: Camera) -> bool:
-    """Whether an effect takes a picture of more pixels than ``camera`` has."""
-    eye = effect_class(effect)().imager(camera)
-    return eye.width * eye.height > camera.width * camera.height
-
-
-def bends_rays(effect: str) -> bool:
-    """Whether an effect has the scene cast anew."""
-    known = effect_class(effect)
-    return known.stage <= Stage.OPTICS or known.moves_camera
-
-
-def is_filter(effect: str) -> bool:
-    """Whether an effect makes neighbours go together and takes noise away, as one picture is smoothed."""
-    return effect_class(effect).kinds[:2] == ("correlation", "spread")
-
-
-def is_filling(effect: str) -> bool:
-    """Whether an effect fills holes of others."""
-    return any(is_anywhere(other) for other in effect_class(effect).seen_on)
-
-
-def fills_besides(effect: str) -> bool:
-    """Whether an effect fills holes besides what it does to a finished picture."""
-    known = effect_class(effect)
-    return known.stage >= Stage.PROCESSING and known.kinds[0] in ("correlation", "spread") and "missing" in known.kinds
-
-
-def is_anywhere(effect: str) -> bool:
-    """Whether an effect loses pixels anywhere."""
-    return not effect_class(effect).axes and effect_class(effect).kinds == ("missing",)
-
-
-def _acts(effect: str, kind: str, along: set[str]) -> bool:
-    known = effect_class(effect)
-    return kind == known.kinds[0] and bool(along & set(known.axes))
-
-
-def _is_known_by(effect: str, first: Sequence[tuple[str, set[str]]]) -> bool:
-    """Whether the axis that an effect is known by is the first one of its kind of error."""
-    known = effect_class(effect)
-    return any(kind == known.kinds[0] and along & set(known.axes[:1]) for kind, along in first)

@@ -21,8 +21,9 @@ from depthsim.gap.depth.fit.grow import grow
 from depthsim.gap.depth.fit.in_one import biases_in_one, noises_in_one
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
-from depthsim.gap.depth.fit.search import GONE, Search, is_filling
+from depthsim.gap.depth.fit.search import GONE, Search
 from depthsim.gap.depth.fit.ties import Ties, compare_rivals, instead, surely_worse
+from depthsim.gap.depth.fit.traits import is_filling
 from depthsim.gap.depth.fit.validate import Score, Validator
 from depthsim.gap.diagnosis import Nearest
 from depthsim.gap.selection import Refused
