@@ -79,27 +79,27 @@ class Screening(Fitting):
     def _begun(self, number: int, base: tuple[Effect, ...]) -> "_Begun":
         """Where one of the bank begins on a few frames; what takes long is looked at on a part of those."""
         candidate = self.bank[number]
-        blocks = self._few[:1] if self._takes_long(number) else self._few
+        long = self.takes_long(candidate.effect)
+        blocks = self._few[:1] if long else self._few
         _, target, roots = self._on(blocks)
         here, more = roots(base), len(self._few) / len(blocks)
         places, gain = starts(candidate, base, here, target, roots)
-        flat = self._takes_long(number) and np.isinf(gain)
+        flat = long and np.isinf(gain)
         slopes = promised(places[0], base, here, target, roots, self.config.fit) if flat else np.inf
         return _Begun(places[0], more * gain, more * slopes)
 
     def _nearer(self, number: int, place: Model, base: tuple[Effect, ...], without: float) -> Model:
         """One of the bank, fitted for a few rounds on a few frames. without: the loss of what is there already."""
         _, target, roots = self._on(self._few)
-        if self._takes_long(number):
+        if self.takes_long(self.bank[number].effect):
             place = replace(place, loss=loss(target, roots(place.build(base))))
         if all(free.whole for free in place.free):  # which have no slopes
             return place
         rounds = 1 if place.loss <= without else self.config.fit.rounds_from_beyond
         return replace(refine(place, base, target, roots, self.config.fit, rounds), jacobian=None)
 
-    def _takes_long(self, number: int) -> bool:
-        """Whether one of the bank has the scene cast anew by every trial, or takes many times the pixels."""
-        effect = self.bank[number].effect
+    def takes_long(self, effect: str) -> bool:
+        """Whether an effect has the scene cast anew by every trial, or takes many times the pixels."""
         return bends_rays(effect) or has_more_pixels(effect, self.evidence.camera)
 
 

@@ -122,8 +122,12 @@ class Search(Screening):
         before = so_far.build(self.base) if so_far else self.base
         screened = self._leading(self.screen(so_far, is_out), before)
         leaders = [*screened, *self._passed_over(screened, so_far, earlier, trusted)]
+        without = self._loss_of_few(before)
+        most = without - min((model.loss for model in screened), default=without)
 
         def whole_of(model: Model) -> Model:
+            if not (self._is_worth_it(model, without, most) or self._is_taken_up(so_far, model)):
+                return replace(so_far.plus(model), loss=model.loss) if so_far else model
             model = self._from_elsewhere(model, before)
             whole = self.fit_roughly(so_far.plus(model) if so_far else model, 2)
             for begun in self._otherwise(so_far, model, earlier, trusted) if so_far else ():
@@ -131,7 +135,7 @@ class Search(Screening):
             return whole
 
         begun = list(self.told(whole_of, leaders, [f"fitting {model.parts[-1].effect}" for model in leaders]))
-        found = self._fitted_further(begun, before)
+        found = self._fitted_further(begun, without)
         found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well one that is known by where the gap changes first comes first, and then the
         # plainest: holes everywhere before holes on every material, and what there is otherwise before what is new.
@@ -176,22 +180,38 @@ class Search(Screening):
             best = min(best, other, key=lambda model: model.loss)
         return best
 
-    def _fitted_further(self, begun: Sequence[Model], before: Sequence[Effect]) -> list[Trial]:
+    def _loss_of_few(self, effects: Sequence[Effect]) -> float:
+        """The loss of a sensor on a few frames."""
+        _, target, roots = self._on(self._few)
+        return loss(target, roots(tuple(effects)))
+
+    def _is_worth_it(self, model: Model, without: float, most: float) -> bool:
+        """Whether a model is to be fitted in full whose newest part takes long: it takes off the loss, on a few frames,
+        some of what the best one does (``most``), or it is not known."""
+        taken = without - model.loss
+        takes_long = self.takes_long(model.parts[-1].effect)
+        return not takes_long or not np.isfinite(taken) or taken >= self.config.fit.promising * most
+
+    def _is_taken_up(self, so_far: Model | None, model: Model) -> bool:
+        """Whether what many parameters have taken up may be the newest part's of a model, as it is of its kind."""
+        kind = effect_class(model.parts[-1].effect).kinds[0]
+        parts = so_far.parts if so_far else ()
+        return any(self.is_flexible(part) and effect_class(part.effect).kinds[0] == kind for part in parts)
+
+    def _fitted_further(self, begun: Sequence[Model], without: float) -> list[Trial]:
         """Leaders that are fitted on a few frames, fitted in full if they may win; what the others close is reported as
         it is.
 
-        before: what is there already.
+        without: the loss of what is there already.
         """
-        config = self.config.fit
-        _, target, roots = self._on(self._few)
-        without = loss(target, roots(tuple(before)))
-        enough = min(without, config.far_behind * min((model.loss for model in begun), default=np.inf))
+        config, least = self.config.fit, min((model.loss for model in begun), default=np.inf)
+        enough = min(without, config.far_behind * least)
 
         def in_full(model: Model) -> Model | None:
-            if model.loss > enough:
+            if model.loss > enough or not self._is_worth_it(model, without, without - least):
                 return None
             known = self.fitted(model)
-            is_elsewhere = known is not None and loss(target, roots(known.build(self.base))) > model.loss
+            is_elsewhere = known is not None and self._loss_of_few(known.build(self.base)) > model.loss
             return self.fit(model, 4, polished_below=0, elsewhere=is_elsewhere)
 
         fitted = list(self.evidence.side_by_side(in_full, begun))
@@ -342,12 +362,15 @@ class Search(Screening):
 
     def known_here(self, model: Model, kind: str) -> Iterator[Candidate]:
         """What may be added to a model and makes one kind of error everywhere, or is known by the axis along which that
-        kind of what is left changes most."""
+        kind of what is left changes most.
+
+        Not what takes many times the pixels: it takes long, and has been looked at beside the others.
+        """
         taken = {name for part in model.parts for name in (part.effect, *part.replaces)}
         first = [(one, along) for one, along in first_axes(self.validator, model.build(self.base)) if one == kind]
         for candidate in self.bank:
-            is_open = not (candidate.in_place or candidate.effect in taken or candidate.replaces & taken)
-            effect = effect_class(candidate.effect)
+            effect, has_more = effect_class(candidate.effect), has_more_pixels(candidate.effect, self.evidence.camera)
+            is_open = not (candidate.in_place or candidate.effect in taken or candidate.replaces & taken or has_more)
             everywhere = not effect.axes and effect.kinds[0] == kind
             if is_open and (everywhere or is_known_by(candidate.effect, first)):
                 yield candidate
