@@ -34,6 +34,7 @@ WHOLE = Candidate("fixed_pattern", (), {}, ((),), in_place=True)
         (["fixed_pattern", "disparity_offset"], 0.105, False, ["fixed_pattern"]),
         (["fixed_pattern", "disparity_offset"], 0.2, False, None),  # what the mount turns is not at the same pixels
         (["fixed_pattern", "disparity_offset"], 0.105, True, None),
+        (["fixed_pattern", "disparity_offset"], 0.101, True, ["fixed_pattern"]),  # surely, but next to nothing
         (["fixed_pattern", "lateral_noise"], 0.0, False, None),  # nothing to be in it
         (["disparity_offset", "extrinsic_rotation"], 0.0, False, None),
         (["ambient_light", "disparity_offset", "extrinsic_rotation"], 0.0, False, None),  # its other form is for light
@@ -48,6 +49,7 @@ def test_a_pattern_has_what_lies_at_the_same_pixels(
     search = SimpleNamespace(
         config=DepthConfig(),
         whole=1.0,
+        floor=0.02,
         base=(),
         validator=None,
         bank=[smooth, WHOLE, replace(WHOLE, effect="ambient_light")],

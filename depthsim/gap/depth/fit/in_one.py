@@ -16,7 +16,10 @@ from depthsim.gap.depth.fit.ties import surely_worse
 
 
 def biases_in_one(search: Search, found: Trial) -> Trial:
-    """What is found, or one pattern in place of all its biases, where that does as well on the frames held out."""
+    """What is found, or one pattern in place of all its biases, where that does as well on the frames held out.
+
+    It leaves hardly more, or not surely.
+    """
     model = found.model
     biases = [k for k, one in enumerate(model.effects) if one.kinds[0] == "bias"]
     named = {model.parts[k].effect for k in biases}
@@ -28,9 +31,10 @@ def biases_in_one(search: Search, found: Trial) -> Trial:
     for number in reversed(biases):
         others = others.less(number)
     trial = _with(search, others, whole, 3)
-    fewer, more = (one.build(search.base) for one in (trial.model, model))
-    as_well = trial.gap - found.gap < search.config.select.tied * search.whole
-    if not as_well or surely_worse(search.validator, fewer, more):
+    more, hardly = trial.gap - found.gap, search.config.significance.faint * search.floor
+    alone, several = (one.build(search.base) for one in (trial.model, model))
+    is_near = more < search.config.select.tied * search.whole
+    if more >= hardly and not (is_near and not surely_worse(search.validator, alone, several)):
         return found
     search.say(f"{whole.effect} alone does as well")
     return trial
