@@ -92,8 +92,8 @@ class DepthFit(Section):
     looked_at_again: int = _count(8, "the same for a further cause")
     promising: float = _value(
         0.05,
-        "of the best gain: what has the scene cast anew is looked at if slopes promise so much, and fitted in full if "
-        "a first look takes off as much",
+        "of the best gain: what takes long to simulate is looked at if slopes promise so much, and fitted in full if a "
+        "first look takes off as much",
     )
     rounds_from_beyond: int = _count(3, "of a first look at what begins farther off than nothing; of others one")
     places: int = _count(3, "where fits of a leader begin that has many parameters")

@@ -166,7 +166,7 @@ def test_what_parameters_are_off_by_behind_biases_is_for_no_other_cause(monkeypa
     monkeypatch.setattr(Model, "build", lambda model, base: model.x)
     monkeypatch.setattr(select, "Search", lambda *_: pytest.fail("nothing is left"))
     found, better = Selection(model("time_offset"), {}, (), ()), replace(model("time_offset"), x=np.ones(1))
-    fitting = SimpleNamespace(fit=lambda of, rounds: better, validated=lambda of: Trial(of, 0.1))
+    fitting = SimpleNamespace(fit=lambda of, rounds: of, validated=lambda of: Trial(of, 0.1), refined=lambda of: better)
     monkeypatch.setattr(select, "Fitting", lambda *_: fitting)
 
     def score(effects: Any) -> Any:

@@ -83,7 +83,8 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
     fitting = Fitting(evidence, validator, (), before, say)
     again = fitting.validated(fitting.fit(model, 4))  # what its parameters are off by there is for no other cause
     if again.gap < left.gap:
-        model, before = again.model, again.model.build(evidence.base)
+        model = fitting.refined(again.model)
+        before = model.build(evidence.base)
         found, left = replace(found, model=model), validator.score(before)
         if not left.stands_out(evidence.config.significance):
             return found
