@@ -57,12 +57,8 @@ def test_what_takes_long_is_looked_at_if_it_promises_much(
     monkeypatch.setattr(screening, "first_axes", lambda *_: [("bias", {"image_position"})] if known else [])
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     search = object.__new__(Screening)
-    search.bank, search.config, search.base, search.say = (
-        [candidate(LONG), candidate(SHORT)],
-        DepthConfig(),
-        (),
-        Counter,
-    )
+    search.bank, search.base = [candidate(LONG), candidate(SHORT)], ()
+    search.config, search.say = DepthConfig(), lambda _: None
     search.evidence = cast("Any", SimpleNamespace(camera=preset("d435", 64, 36), side_by_side=map))
     search.validator, search._few, search._known = cast("Any", None), [0, 1, 2], {}
     on = {length: ((), np.ones(length), lambda _, n=length: np.zeros(n)) for length in (1, 3)}

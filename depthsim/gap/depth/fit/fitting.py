@@ -119,9 +119,13 @@ class Fitting:
 
         Then no fit on all of them makes it an equal.
         """
-        _, target, roots = self._on(self._few)
         begun = self.fit_roughly(less.plus(self.begin(candidate, less.build(self.base), roughly=True)), 3)
-        return begun if begun.loss < self.config.fit.behind * loss(target, roots(model.build(self.base))) else None
+        return begun if begun.loss < self.config.fit.behind * self.loss_on_few(model.build(self.base)) else None
+
+    def loss_on_few(self, effects: Sequence[Effect]) -> float:
+        """The loss of a sensor on a few of the frames for fitting."""
+        _, target, roots = self._on(self._few)
+        return loss(target, roots(tuple(effects)))
 
     def _fit(self, model: Model, rounds: int, polished_below: float) -> tuple[Model, bool]:
         arguments = self._on(self.evidence.train)

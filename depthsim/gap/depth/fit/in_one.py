@@ -13,6 +13,7 @@ from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.ties import surely_worse
+from depthsim.gap.selection import is_tie
 
 
 def biases_in_one(search: Search, found: Trial) -> Trial:
@@ -33,8 +34,8 @@ def biases_in_one(search: Search, found: Trial) -> Trial:
     trial = _with(search, others, whole, 3)
     more, hardly = trial.gap - found.gap, search.config.significance.faint * search.floor
     alone, several = (one.build(search.base) for one in (trial.model, model))
-    is_near = more < search.config.select.tied * search.whole
-    if more >= hardly and not (is_near and not surely_worse(search.validator, alone, several)):
+    tied = search.config.select.tied * search.whole
+    if not is_tie(more, hardly, tied, lambda: surely_worse(search.validator, alone, several)):
         return found
     search.say(f"{whole.effect} alone does as well")
     return trial

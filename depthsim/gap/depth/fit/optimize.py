@@ -125,8 +125,7 @@ def promised(
     here: what it does there.
     """
     jacobian = _jacobian(model, base, model.x, here, roots, config.trial, both_sides=False)
-    normal = np.einsum("bi,bj->ij", jacobian, jacobian)
-    gradient = np.einsum("bi,b->i", jacobian, target - here)
+    normal, gradient = _normal(jacobian, target - here)
     return _promise(normal, gradient, _step(normal, gradient, _FIRST_DAMPING, config))
 
 
@@ -161,9 +160,7 @@ def refine(
     jacobian = None
     for _ in range(rounds):
         jacobian = _jacobian(model, base, x, here, roots, config.trial, both_sides)
-        # By einsum, as BLAS would wake threads of its own for so little, and let them spin beside ours.
-        normal = np.einsum("bi,bj->ij", jacobian, jacobian)
-        gradient = np.einsum("bi,b->i", jacobian, target - here)
+        normal, gradient = _normal(jacobian, target - here)
         before = least
         for _ in range(3):
             step = _step(normal, gradient, damping, config)
@@ -249,6 +246,12 @@ def best_neighbour(model: Model, base: Sequence[Effect], target: Floats, roots: 
     losses = [loss(target, roots(model.build(base, x))) for x in places]
     best = int(np.argmin(losses))
     return Model(model.parts, places[best], losses[best], model.jacobian)
+
+
+def _normal(jacobian: Floats, left: Floats) -> tuple[Floats, Vector]:
+    """The matrix of the normal equations and their right side."""
+    # By einsum, as BLAS would wake threads of its own for so little, and let them spin beside ours.
+    return np.einsum("bi,bj->ij", jacobian, jacobian), np.einsum("bi,b->i", jacobian, left)
 
 
 def _step(normal: Floats, gradient: Vector, damping: float, config: DepthFit) -> Vector:

@@ -8,8 +8,9 @@ import numpy as np
 
 from depthsim.gap.depth.fit.changes import first_axes
 from depthsim.gap.depth.fit.fitting import Fitting
-from depthsim.gap.depth.fit.optimize import Model, loss, promised, refine, starts
+from depthsim.gap.depth.fit.optimize import Model, promised, refine, starts
 from depthsim.gap.depth.fit.traits import bends_rays, has_more_pixels, is_known_by
+from depthsim.gap.depth.fit.validate import key_of
 from depthsim.sensor.effect import Effect, effect_class
 
 S = TypeVar("S")
@@ -27,13 +28,12 @@ class Screening(Fitting):
         """
         base = so_far.build(self.base) if so_far else self.base
         begun = self._begin_all(so_far, base, is_out)
-        _, target, roots = self._on(self._few)
-        without = loss(target, roots(base))
+        without = self.loss_on_few(base)
         best: dict[tuple[str, bool, str], Model] = {}
 
         def nearer(number: int) -> Model:
             return self.once(
-                ("nearer", number, _name(base)), lambda: self._nearer(number, begun[number], base, without)
+                ("nearer", number, key_of(base)), lambda: self._nearer(number, begun[number], base, without)
             )
 
         for number, model in zip(begun, self.evidence.side_by_side(nearer, begun), strict=True):
@@ -65,7 +65,7 @@ class Screening(Fitting):
         ]
 
         def begin(number: int) -> _Begun:
-            return self.once(("begun", number, _name(base)), lambda: self._begun(number, base))
+            return self.once(("begun", number, key_of(base)), lambda: self._begun(number, base))
 
         words = [f"looking at {self.bank[k].effect}, {k + 1} of {len(self.bank)}" for k in open_to]
         begun = dict(zip(open_to, self.told(begin, open_to, words), strict=True))
@@ -92,7 +92,7 @@ class Screening(Fitting):
         """One of the bank, fitted for a few rounds on a few frames. without: the loss of what is there already."""
         _, target, roots = self._on(self._few)
         if self.takes_long(self.bank[number].effect):
-            place = replace(place, loss=loss(target, roots(place.build(base))))
+            place = replace(place, loss=self.loss_on_few(place.build(base)))
         if all(free.whole for free in place.free):  # which have no slopes
             return place
         rounds = 1 if place.loss <= without else self.config.fit.rounds_from_beyond
@@ -101,10 +101,6 @@ class Screening(Fitting):
     def takes_long(self, effect: str) -> bool:
         """Whether an effect has the scene cast anew by every trial, or takes many times the pixels."""
         return bends_rays(effect) or has_more_pixels(effect, self.evidence.camera)
-
-
-def _name(sensor: Sequence[Effect]) -> str:
-    return repr([(effect.id, effect) for effect in sensor])
 
 
 class _Begun(NamedTuple):

@@ -17,7 +17,7 @@ from depthsim.gap.depth.fit.marks import (
     makes_steps,
     stays_at_pixels,
 )
-from depthsim.gap.depth.fit.optimize import Model, loss, refine, starts
+from depthsim.gap.depth.fit.optimize import Model, refine, starts
 from depthsim.gap.depth.fit.screening import Screening
 from depthsim.gap.depth.fit.traits import acts_along, has_more_pixels, is_filling, is_known_by
 from depthsim.gap.selection import not_outdone, plainest
@@ -122,7 +122,7 @@ class Search(Screening):
         before = so_far.build(self.base) if so_far else self.base
         screened = self._leading(self.screen(so_far, is_out), before)
         leaders = [*screened, *self._passed_over(screened, so_far, earlier, trusted)]
-        without = self._loss_of_few(before)
+        without = self.loss_on_few(before)
         most = without - min((model.loss for model in screened), default=without)
 
         def whole_of(model: Model) -> Model:
@@ -180,11 +180,6 @@ class Search(Screening):
             best = min(best, other, key=lambda model: model.loss)
         return best
 
-    def _loss_of_few(self, effects: Sequence[Effect]) -> float:
-        """The loss of a sensor on a few frames."""
-        _, target, roots = self._on(self._few)
-        return loss(target, roots(tuple(effects)))
-
     def _is_worth_it(self, model: Model, without: float, most: float) -> bool:
         """Whether a model is to be fitted in full whose newest part takes long: it takes off the loss, on a few frames,
         some of what the best one does (``most``), or it is not known."""
@@ -211,7 +206,7 @@ class Search(Screening):
             if model.loss > enough or not self._is_worth_it(model, without, without - least):
                 return None
             known = self.fitted(model)
-            is_elsewhere = known is not None and self._loss_of_few(known.build(self.base)) > model.loss
+            is_elsewhere = known is not None and self.loss_on_few(known.build(self.base)) > model.loss
             return self.fit(model, 4, polished_below=0, elsewhere=is_elsewhere)
 
         fitted = list(self.evidence.side_by_side(in_full, begun))
@@ -336,7 +331,7 @@ class Search(Screening):
             part = Model(so_far.parts, np.concatenate(xs))
             before = part.build(self.base)
             begun.append(part.plus(starts(newest, before, roots(before), target, roots)[0][0]))
-        return min(begun, key=lambda model: loss(target, roots(model.build(self.base))))
+        return min(begun, key=lambda model: self.loss_on_few(model.build(self.base)))
 
     def _afresh(self, so_far: Model, model: Model, earlier: Sequence[Trial], trusted: Sequence[str]) -> Iterator[Model]:
         """``model`` on top of ``so_far``, begun where that has not yet taken up what is its own.

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from depthsim.camera import Camera
 from depthsim.sensor.effect import Stage, effect_class
+from depthsim.sensor.pipeline import bending
 
 
 def has_more_pixels(effect: str, camera: Camera) -> bool:
@@ -14,8 +15,7 @@ def has_more_pixels(effect: str, camera: Camera) -> bool:
 
 def bends_rays(effect: str) -> bool:
     """Whether an effect has the scene cast anew."""
-    known = effect_class(effect)
-    return known.stage <= Stage.OPTICS or known.moves_camera
+    return bool(bending([effect_class(effect)()]))
 
 
 def is_filter(effect: str) -> bool:

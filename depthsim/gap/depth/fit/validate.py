@@ -71,7 +71,7 @@ class Validator:
 
     def runs(self, effects: Sequence[Effect], count: int) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
-        key = _key(effects)
+        key = key_of(effects)
         known = self._runs.get(key, [])
         seeds = [judging(run) for run in range(len(known), count)]
         # A list of its own, as another thread may be at the same sensor.
@@ -85,7 +85,7 @@ class Validator:
 
     def once(self, work: Callable[..., T], *sensors: Sequence[Effect]) -> T:
         """What ``work`` finds of some sensors, found once."""
-        key = work, *map(_key, sensors)
+        key = work, *map(key_of, sensors)
         if key not in self._known:
             self._known[key] = work(self, *sensors)
         known: T = self._known[key]
@@ -130,7 +130,8 @@ class Validator:
         return float(np.mean([self.ruler.gap(a, b) for a, b in combinations(summed, 2)]))
 
 
-def _key(effects: Sequence[Effect]) -> str:
+def key_of(effects: Sequence[Effect]) -> str:
+    """What a sensor is kept by."""
     return repr([(e.id, e) for e in effects])
 
 
