@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap import diagnose
 from depthsim.gap.config import DepthConfig
-from depthsim.gap.depth.data.histograms import ERROR_HOLE
+from depthsim.gap.depth.data.histograms import ERROR, ERROR_HOLE
 from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.fit import agreement, itself, marks, rules
 from depthsim.gap.depth.fit.asked import Asked
@@ -691,3 +691,33 @@ def test_what_a_filter_carries_on_is_not_made_of_what_another_cause_makes(scaled
     validator = Validator(evidence, evidence.held_out)
     effect = HeavyTails(share=0.02, search=8)
     assert marks.acts_on_another(validator, type(effect), before, (*before, effect)) is None
+
+
+@given(st.floats(0, 0.0625), st.floats(0, 0.0625), st.floats(0, 0.0625))
+def test_what_acts_on_one_material_shows_itself_on_that(along: float, material: float, both: float) -> None:
+    """Holes near a mirror, on a material that lies alike at any angle: angles by themselves hardly show them."""
+    does = changes(HOLES, 0.125, [along, material, both])
+    axes = [
+        SimpleNamespace(name=name, names=set(name.split(" x ")), kind=ERROR)
+        for name in ("incidence", "material", "incidence x material")
+    ]
+    evidence = SimpleNamespace(axes=axes, base=(), config=DepthConfig())
+    validator = cast("Validator", SimpleNamespace(evidence=evidence, once=lambda what, *sensors: does))
+    least = DepthConfig().agreement.known_by * float(does.whole[ALL])
+    shows = max(float(does.varies[ALL, 0]), float(does.varies[ALL, 2] - does.varies[ALL, 1])) >= least
+    assert itself.shows_itself(validator, effect_class("specular_dropout"), (), ()) == shows
+    idle = itself.is_idle(validator, effect_class("specular_dropout"), (), ())
+    assert (idle is None) == shows
+    alone = itself.shows_itself(validator, effect_class("incidence_dropout"), (), ())  # acts on every material
+    assert alone == (float(does.varies[ALL, 0]) >= least)
+
+
+@pytest.mark.parametrize(
+    ("softness", "base", "refused"), [(0.3, (), True), (0.29, (), False), (0.3, ("max_range",), False)]
+)
+def test_a_limit_that_is_soft_over_decimetres_is_none(softness: float, base: tuple[str, ...], refused: bool) -> None:
+    evidence = SimpleNamespace(base=tuple(effect_class(name)() for name in base))
+    validator = cast("Validator", SimpleNamespace(evidence=evidence))
+    said = itself.is_outgrown(validator, MaxRange, [RangeDropout(), MaxRange(depth=3.0, softness=softness)])
+    assert (said is not None) == refused
+    assert said is None or "softness" in said

@@ -117,6 +117,25 @@ def test_another_is_looked_for_in_the_place_of_one_that_is_dropped_before_the_re
     assert found.named == ("noise", "focal") and found.nearest[0].effect == "lens"
 
 
+@pytest.mark.parametrize("is_in_its_place", [True, False])
+def test_what_gives_its_place_to_another_is_asked_once_more_beside_it(
+    monkeypatch: pytest.MonkeyPatch, is_in_its_place: bool
+) -> None:
+    """Holes far away that stood for those of one material, too, which were no cause beside them as they were fitted."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    search, begun = cast("Search", FakeSearch(offset_glossy=0.3, offset=0.3)), chain(0.3, "offset", "far")
+
+    def confirmed(search: Search, refuse: Any, whole: Model, *, first: bool) -> Model:
+        refuse("far", 0.1, "leaves all along material")
+        return model("offset", "glossy") if is_in_its_place else model("offset")
+
+    monkeypatch.setattr(select, "confirmed", confirmed)
+    assert select._confirm(search, SCORE, begun, begun.model)
+    assert begun.is_out("far") != is_in_its_place
+    assert select._confirm(search, SCORE, begun, model("offset", "far"))
+    assert begun.is_out("far")
+
+
 def test_what_is_dropped_has_no_rivals_and_takes_others_like_it_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Noise that is drawn one by one, for errors that go together: no other such noise comes first after it."""
     monkeypatch.setattr(Model, "build", lambda model, base: ())

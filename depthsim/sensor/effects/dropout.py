@@ -59,7 +59,8 @@ def _lose_by_mirror(start, stop, frame, key, chance_of_tag, sine2, tag, cosine, 
 
 
 class IncidenceDropout(Effect):
-    """Holes at grazing angles: chance = rate · (1 - cos θ / cos start) beyond ``start``, θ the angle of incidence.
+    """Holes at grazing angles: chance = rate · (1 - cos θ / cos start) beyond ``start``, at most 1; θ the angle of
+    incidence.
 
     A slanted surface sends back less of the projector's light, and its pattern is squeezed in one of the images.
     """
@@ -84,10 +85,10 @@ class IncidenceDropout(Effect):
     rate: float = parameter(
         1.0,
         low=0,
-        high=1,
+        high=4,
         unit="share",
         neutral=0,
-        about="share of holes where the ray grazes, at 90°",
+        about="share of holes where the ray grazes, at 90°; above 1 all is lost before that",
         source="assumed",
         starts=(0.5,),
     )

@@ -78,6 +78,7 @@ class MinRange(Effect):
         {"softness": 0.0, "error": 1.0},
     )
     shown: ClassVar = {"depth": 1.5}
+    outgrown = ("softness",)
 
     depth: float = parameter(
         0.195,
@@ -128,6 +129,7 @@ class MaxRange(Effect):
     recording = "one material out to ranges where holes begin"
     forms = ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0})
     shown: ClassVar = {"depth": 3.5}
+    outgrown = ("softness",)
 
     depth: float = parameter(
         10.0,

@@ -121,6 +121,7 @@ def disagreement(
         return None
     if why := (
         itself.is_idle(validator, effect, before, after)
+        or itself.is_outgrown(validator, effect, after)
         or itself.is_alike_for_all(validator, effect, before, after)
         or itself.lacks_a_kind(validator, effect, before, after)
         or itself.is_mostly_besides(validator, effect, before, after)

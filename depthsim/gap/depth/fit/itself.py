@@ -23,6 +23,7 @@ from depthsim.gap.depth.fit.changes import (
 )
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
+from depthsim.sensor.parameter import parameters_of
 from depthsim.sensor.pipeline import after_camera
 
 
@@ -36,6 +37,19 @@ def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: 
     if has_effect(validator.evidence.base, effect.id) or shows_itself(validator, effect, before, after):
         return None
     return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
+
+
+def is_outgrown(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
+    """Whether an effect that the sensor has not has a parameter at a bound beyond which it is another effect.
+
+    Such as a nearest range that is soft over decimetres, for holes that become more the nearer something is.
+    """
+    if has_effect(validator.evidence.base, effect.id):
+        return None
+    bounds = {name: parameters_of(effect)[name].high for name in effect.outgrown}
+    reached = (name for one in after if one.id == effect.id for name in bounds if getattr(one, name) >= bounds[name])
+    name = next(reached, None)
+    return None if name is None else f"has its {name} at the bound, beyond which it is another effect"
 
 
 def is_alike_for_all(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
@@ -132,13 +146,25 @@ def lies_elsewhere(validator: Validator, effect: type[Effect], before: Effects, 
 
 
 def shows_itself(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
-    """Whether an effect, as it is fitted, changes something along the axis it is known by, if that is seen at all."""
+    """Whether an effect, as it is fitted, changes something along the axis it is known by, if that is seen at all.
+
+    What acts on one material changes little along such an axis where all of them are counted: it does so on that
+    material, beyond what material by itself says.
+    """
     if not effect.axes or effect.axes[0] == "range":
         return True
-    does = validator.once(done_by, before, after)
+    does, axes = validator.once(done_by, before, after).varies[ALL], validator.evidence.axes
+    least = validator.evidence.config.agreement.known_by * float(validator.once(done_by, before, after).whole[ALL])
     own = known_by(validator, effect)
-    least = validator.evidence.config.agreement.known_by * float(does.whole[ALL])
-    return not own or float(does.varies[ALL, own].max()) >= least
+    if not own or float(does[own].max()) >= least:
+        return True
+    first, others = effect.axes[0], set(effect.axes[1:])
+    for number, axis in enumerate(axes):
+        if axis.names - {first} <= others and first in axis.names and len(axis.names) > 1:
+            alone = [n for other in axis.names - {first} for n in cuts_along(validator, other)]
+            if float(does[number] - does[alone].max(initial=0.0)) >= least:
+                return True
+    return False
 
 
 def known_by(validator: Validator, effect: type[Effect]) -> list[int]:

@@ -160,7 +160,8 @@ def _confirm(search: Search, score: Score, chain: Chain, model: Model, *, first:
     kept = confirmed(search, refuse, model, first=first)
     if kept is chain.model:
         return False
-    chain.dropped |= set(whys)
+    if {part.effect for part in kept.parts} <= {part.effect for part in model.parts}:
+        chain.dropped |= set(whys)  # or it is asked once more, beside what came in its place
     chain.model = kept if kept.parts else None
     chain.score = search.validator.score(kept.build(search.base)) if kept.parts else score
     chain.gap = search.validated(kept).gap if kept.parts else search.before
