@@ -72,10 +72,12 @@ def lacks_a_kind(validator: Validator, effect: type[Effect], before: Effects, af
     """Whether an effect that makes several kinds of error together, as it is fitted, makes none of one.
 
     Such as sunlight that loses no pixels, for more noise of another kind, or has no noise where the recording has no
-    more than the simulator, for holes of another. What is done to the finished picture may have filled the holes.
+    more than the simulator, for holes of another. It is asked without what is done to the finished picture, which may
+    fill the holes.
     """
-    if not effect.inseparable or has_effect(validator.evidence.base, effect.id) or after_camera(after):
+    if not effect.inseparable or has_effect(validator.evidence.base, effect.id):
         return None
+    before, after = (tuple(one for one in sensor if one not in after_camera(sensor)) for sensor in (before, after))
     least = validator.evidence.config.agreement.inseparable
 
     def has(kind: str, whole: NDArray[np.float64]) -> bool:
@@ -153,16 +155,16 @@ def shows_itself(validator: Validator, effect: type[Effect], before: Effects, af
     """
     if not effect.axes or effect.axes[0] == "range":
         return True
-    does, axes = validator.once(done_by, before, after).varies[ALL], validator.evidence.axes
-    least = validator.evidence.config.agreement.known_by * float(validator.once(done_by, before, after).whole[ALL])
+    does, axes = validator.once(done_by, before, after), validator.evidence.axes
+    varies, least = does.varies[ALL], validator.evidence.config.agreement.known_by * (does.mean + does.varies)[ALL]
     own = known_by(validator, effect)
-    if not own or float(does[own].max()) >= least:
+    if not own or bool((varies[own] >= least[own]).any()):
         return True
     first, others = effect.axes[0], set(effect.axes[1:])
     for number, axis in enumerate(axes):
         if axis.names - {first} <= others and first in axis.names and len(axis.names) > 1:
             alone = [n for other in axis.names - {first} for n in cuts_along(validator, other)]
-            if float(does[number] - does[alone].max(initial=0.0)) >= least:
+            if float(varies[number] - varies[alone].max(initial=0.0)) >= least[number]:
                 return True
     return False
 
