@@ -256,7 +256,8 @@ class DepthAgreement(Section):
     )
     known_by: float = _value(
         0.05,
-        "of what a bias or holes do: with less of it changing along the axis that they are known by, they are others",
+        "of what a bias or holes do, as an axis that they are known by shows it: with less of it changing along that, "
+        "they are others",
     )
     inseparable: float = _value(
         0.01, "of what an effect does that makes several kinds of error together: with less of one, it is another"

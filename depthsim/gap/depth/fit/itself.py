@@ -1,5 +1,7 @@
 """What an effect must be, as it is fitted, to be itself: each rule gives the reason why it is not in words, or None."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,7 +26,7 @@ from depthsim.gap.depth.fit.changes import (
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.parameter import parameters_of
-from depthsim.sensor.pipeline import after_camera
+from depthsim.sensor.pipeline import in_camera
 
 
 def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
@@ -77,7 +79,7 @@ def lacks_a_kind(validator: Validator, effect: type[Effect], before: Effects, af
     """
     if not effect.inseparable or has_effect(validator.evidence.base, effect.id):
         return None
-    before, after = (tuple(one for one in sensor if one not in after_camera(sensor)) for sensor in (before, after))
+    before, after = (tuple(in_camera(sensor)) for sensor in (before, after))
     least = validator.evidence.config.agreement.inseparable
 
     def has(kind: str, whole: NDArray[np.float64]) -> bool:
@@ -155,18 +157,21 @@ def shows_itself(validator: Validator, effect: type[Effect], before: Effects, af
     """
     if not effect.axes or effect.axes[0] == "range":
         return True
-    does, axes = validator.once(done_by, before, after), validator.evidence.axes
+    does = validator.once(done_by, before, after)
     varies, least = does.varies[ALL], validator.evidence.config.agreement.known_by * (does.mean + does.varies)[ALL]
     own = known_by(validator, effect)
-    if not own or bool((varies[own] >= least[own]).any()):
-        return True
-    first, others = effect.axes[0], set(effect.axes[1:])
-    for number, axis in enumerate(axes):
-        if axis.names - {first} <= others and first in axis.names and len(axis.names) > 1:
-            alone = [n for other in axis.names - {first} for n in cuts_along(validator, other)]
-            if float(varies[number] - varies[alone].max(initial=0.0)) >= least[number]:
-                return True
-    return False
+    changes = {n: varies[n] for n in own}
+    changes |= {n: varies[n] - varies[alone].max(initial=0.0) for n, alone in _crossings(validator, effect)}
+    return not own or any(change >= least[n] for n, change in changes.items())
+
+
+def _crossings(validator: Validator, effect: type[Effect]) -> Iterator[tuple[int, list[int]]]:
+    """The cuts along the axis that an effect is known by and others of its own together, each with those along the
+    others alone."""
+    for number, axis in enumerate(validator.evidence.axes):
+        others = axis.names - {effect.axes[0]}
+        if effect.axes[0] in axis.names and others and others <= set(effect.axes):
+            yield number, [n for other in others for n in cuts_along(validator, other)]
 
 
 def known_by(validator: Validator, effect: type[Effect]) -> list[int]:
