@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.lines import far_off, in_lines
 
@@ -46,3 +47,19 @@ def test_outliers_of_every_other_column_come_in_lines(step: int) -> None:
     assert np.array_equal(found, off & seen)
     assert (in_lines([(found, seen)]) > 5) == (step == 2)
     assert not far_off(depth, clean, np.zeros(SHAPE, np.bool_)).any()
+
+
+@pytest.mark.parametrize("shape", ["bands", "clumps", "single"])
+def test_bands_of_a_few_rows_are_lines_and_clumps_are_none(shape: str) -> None:
+    """A beam that sweeps the picture disturbs three rows at once; single rows of that are like their neighbours."""
+    rng, (v, _) = np.random.default_rng(2), np.indices(SHAPE)
+    rates = np.where(v % 9 < 3, 0.06, 0.0)
+
+    def marked() -> NDArray[np.bool_]:
+        if shape == "clumps":
+            return np.kron(rng.random((40, 54)) < 0.02, np.ones((3, 3), np.bool_))[:, : SHAPE[1]]
+        return rng.random(SHAPE) < (rates if shape == "bands" else rates.mean())
+
+    pictures = [(marked(), np.ones(SHAPE, np.bool_)) for _ in range(6)]
+    assert (in_lines(pictures, 3) > 5) == (shape == "bands")
+    assert in_lines(pictures) < 5

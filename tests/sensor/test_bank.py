@@ -4,7 +4,8 @@ import itertools
 import sys
 from functools import cache
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from depthsim.gap.flight.effect import flight_effect_ids
 from depthsim.materials import Materials
 from depthsim.raycast import Caster
-from depthsim.sensor import Effect, Profile, Sensor, Stage, effect_class, effect_ids, load_profile
+from depthsim.sensor import Effect, Profile, Sensor, Setting, Stage, effect_class, effect_ids, load_profile
 from depthsim.sensor.effect import parameters_of
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.sensor import Measurement
@@ -244,6 +245,19 @@ def test_a_mirror_that_is_bright_enough_loses_all_about_its_middle() -> None:
     assert (seen[1].depth[near] == 0).all() and near.sum() > 50
     assert 0.05 < (seen[0].depth[near] == 0).mean() < 0.4
     assert (seen[1].depth[plastic & (geometry.cosine < np.cos(np.radians(61)))] > 0).all()
+
+
+@pytest.mark.parametrize("tags", [("cement", "plastic"), ("cement", "plastic", "steel"), ("steel", "glass", "plastic")])
+def test_one_shiny_material_may_mirror_and_the_others_not(tags: tuple[str, ...]) -> None:
+    """As materials.yaml has them, or each alone, where there are two at least."""
+    materials = Materials.model_validate({tag: {"m": 0.5, "gloss": 0.02 if tag == "cement" else 0.3} for tag in tags})
+    setting = cast("Setting", SimpleNamespace(tags=tags, materials=materials))
+    shiny = [tag for tag in tags if tag != "cement"]
+    alone = [
+        [tag for tag in shiny if form["gloss"].get(tag, 0.3)]
+        for form in effect_class("specular_dropout").forms_in(setting)
+    ]
+    assert alone == [shiny, *([[tag] for tag in shiny] if len(shiny) > 1 else [])]
 
 
 @given(st.floats(0, 50), st.floats(8, 1024))

@@ -83,12 +83,19 @@ def test_material_dropout_is_neutral_when_it_loses_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    "effect", [SpecularDropout(), SpecularDropout(rate=0.5, width=25, matt=0), SpecularDropout(matt=0.5)]
+    "effect",
+    [
+        SpecularDropout(),
+        SpecularDropout(rate=0.5, width=25, matt=0),
+        SpecularDropout(matt=0.5),
+        SpecularDropout(gloss={"plastic": 0.0, "cement": 0.6}),
+    ],
 )
 def test_holes_where_a_glossy_surface_mirrors(effect: SpecularDropout) -> None:
     x, y = CAMERA.rays.astype(float)
     angle = np.arctan(np.hypot(x, y))  # of incidence on a wall square to the axis
     gloss, scatter = np.array([[0.02, 0.09, 0.9], [0.4, 0.03, 0.1]])
+    gloss = np.array([effect.gloss.get(*one) for one in zip(("cement", "formboard", "plastic"), gloss, strict=True)])
     share = np.where(gloss > effect.matt, gloss / (gloss + scatter), 0)
     lobe = np.maximum(1 - (np.sin(angle) / np.sin(np.radians(effect.width))) ** 2, 0) ** 2
     clean = measure(caster=STRIPS)

@@ -1,6 +1,7 @@
 """Holes that depend on the surface: its slant, its range, its material, and its gloss."""
 
-from typing import Annotated, ClassVar
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field, FiniteFloat
@@ -10,7 +11,7 @@ from depthsim.kernels import kernel
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 from depthsim.sensor.holes import lose
-from depthsim.sensor.parameter import by_material
+from depthsim.sensor.parameter import Setting, by_material, parameters_of
 
 _f = np.float32
 _ZERO, _ONE = _f(0), _f(1)
@@ -217,6 +218,7 @@ class SpecularDropout(Effect):
     axes = ("incidence", "material", "surface")
     kinds = ("missing",)
     recording = "a glossy surface seen straight on and at a slant"
+    forms = ({"gloss": {}},)
 
     rate: float = parameter(
         1.0,
@@ -248,6 +250,23 @@ class SpecularDropout(Effect):
         source="materials.yaml: 0.05 is nearly matt",
         frozen=True,
     )
+    gloss: dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]] = by_material(
+        about="gloss of some tags", unit="1", source="materials.yaml", step=0.05
+    )
+
+    @property
+    def material_tags(self) -> tuple[str, ...]:
+        """The tags that have a gloss of their own here."""
+        return tuple(self.gloss)
+
+    @classmethod
+    def forms_in(cls, setting: Setting) -> Sequence[Mapping[str, Any]]:
+        """All shiny materials as materials.yaml has them, or one of them alone: what a table says of a kind of material
+        is not so of every one."""
+        matt = parameters_of(cls)["matt"].default
+        shiny = [tag for tag in setting.tags if setting.materials[tag].gloss > matt]
+        alone = ({"gloss": {other: 0.0 for other in shiny if other != tag}} for tag in shiny)
+        return (*cls.forms, *(alone if len(shiny) > 1 else ()))
 
     def apply(self, frame: Frame) -> None:
         """Set the drawn pixels to 0."""
@@ -262,6 +281,5 @@ class SpecularDropout(Effect):
 
     def _chance(self, frame: Frame, tag: str) -> float:
         material = frame.materials[tag]
-        return (
-            self.rate * material.gloss / (material.gloss + material.ir_reflectance) if material.gloss > self.matt else 0
-        )
+        gloss = self.gloss.get(tag, material.gloss)
+        return self.rate * gloss / (gloss + material.ir_reflectance) if gloss > self.matt else 0

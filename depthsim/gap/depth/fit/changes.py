@@ -159,6 +159,20 @@ def first_axes(validator: Validator, effects: Effects, *, however_little: bool =
     return found
 
 
+def plain_axes(validator: Validator, effects: Effects) -> list[tuple[str, set[str]]]:
+    """The same for every axis that is not crossed with another one, along which a kind changes nearly as much as along
+    its first: of two biases both may change first along the range of a material, and neither is known by that."""
+    gap, axes = validator.once(against, effects), validator.evidence.axes
+    limit, found = validator.evidence.config.agreement, []
+    for k, kind in enumerate(KINDS[:ALL]):
+        if gap.whole[k] < limit.acts * gap.whole[ALL]:
+            continue
+        sure, worth = worth_of(validator, gap, k)
+        near = sure & (worth >= limit.strong * max(float(worth.max()), 0.0))
+        found += [(kind, axes[n].names) for n in map(int, np.flatnonzero(near)) if len(axes[n].names) == 1]
+    return found
+
+
 def less_others(changes: Changes, others: Sequence[int]) -> Changes:
     """The same, where what all errors change by is without some kinds: one effect may make the biases, and another the
     holes."""

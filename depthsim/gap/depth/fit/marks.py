@@ -19,6 +19,10 @@ from depthsim.gap.depth.fit.changes import Effects, phases_apart
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect, physical_order
 
+_WIDEST = 3
+"""[px] The widest lines of outliers: a beam that sweeps the picture disturbs some rows at once. Holes behind edges are
+as wide, and are asked for single lines."""
+
 
 def only_its_own(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
     """Whether ``effect`` makes steps, doubled rows or tiles that the recording has, as no other error does."""
@@ -247,7 +251,7 @@ def _lines(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> dict
         depth = units.astype(np.float64) * evidence.camera.depth_scale
         holes.append((units == 0, surface))
         outliers.append((far_off(depth, clean, there), there))
-    return {"missing": in_lines(holes), "tail": in_lines(outliers)}
+    return {"missing": in_lines(holes), "tail": in_lines(outliers, _WIDEST)}
 
 
 def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:

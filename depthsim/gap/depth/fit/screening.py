@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from depthsim.gap.depth.fit.changes import first_axes
+from depthsim.gap.depth.fit.changes import first_axes, plain_axes
 from depthsim.gap.depth.fit.fitting import Fitting
 from depthsim.gap.depth.fit.optimize import Model, promised, refine, starts
 from depthsim.gap.depth.fit.traits import bends_rays, has_more_pixels, is_known_by
@@ -69,7 +69,7 @@ class Screening(Fitting):
 
         words = [f"looking at {self.bank[k].effect}, {k + 1} of {len(self.bank)}" for k in open_to]
         begun = dict(zip(open_to, self.told(begin, open_to, words), strict=True))
-        fit, first = self.config.fit, first_axes(self.validator, base)
+        fit, first = self.config.fit, [*first_axes(self.validator, base), *plain_axes(self.validator, base)]
         most_gained = max((one.gain for one in begun.values() if np.isfinite(one.gain)), default=0.0)
         gains = {k: one.gain for k, one in begun.items() if one.promised >= fit.promising * most_gained}
         known = [k for k in open_to if is_known_by(self.bank[k].effect, first)]  # however far off they begin

@@ -7,7 +7,7 @@ import numpy as np
 
 from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along, left_of_change
 from depthsim.gap.depth.fit.candidate import Candidate
-from depthsim.gap.depth.fit.changes import first_axes, has_effect, holes_lie_apart
+from depthsim.gap.depth.fit.changes import first_axes, has_effect, holes_lie_apart, plain_axes
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.itself import is_idle, shows_itself
 from depthsim.gap.depth.fit.marks import (
@@ -288,6 +288,10 @@ class Search(Screening):
                 first = next((m for m in acting if name in (None, effect_class(m.parts[-1].effect).axes[0])), None)
                 if first is not None and all(first is not model for model in found):
                     found.append(first)
+        for one in plain_axes(self.validator, base):
+            known = [m for m in screened if is_known_by(m.parts[-1].effect, [one])]
+            if known and not any(model in found for model in known):
+                found.append(known[0])
         return found
 
     def _passed_over(
