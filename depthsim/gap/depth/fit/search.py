@@ -271,7 +271,8 @@ class Search(Screening):
         of one effect are one leader.
 
         And of each kind of the gap the first that acts along the axis on which that changes most, and the first that is
-        known by that axis; by each of two that are crossed.
+        known by that axis; by each of two that are crossed. And of what is known along nearly that axis, see
+        :func:`changes.plain_axes`, the first where none leads.
         """
         found: list[Model] = []
         steps = self.evidence.cuts.own_steps is not None
@@ -289,8 +290,9 @@ class Search(Screening):
                 if first is not None and all(first is not model for model in found):
                     found.append(first)
         for one in plain_axes(self.validator, base):
-            known = [m for m in screened if is_known_by(m.parts[-1].effect, [one])]
-            if known and not any(model in found for model in known):
+            known = [model for model in screened if is_known_by(model.parts[-1].effect, [one])]
+            there = {model.parts[-1].effect for model in found}
+            if known and not there & {model.parts[-1].effect for model in known}:
                 found.append(known[0])
         return found
 
