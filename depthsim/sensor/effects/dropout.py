@@ -251,7 +251,7 @@ class SpecularDropout(Effect):
         frozen=True,
     )
     gloss: dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]] = by_material(
-        about="gloss of some tags", unit="1", source="materials.yaml", step=0.05
+        about="gloss of some tags, in place of materials.yaml's", unit="1", source="materials.yaml", step=0.05
     )
 
     @property

@@ -22,22 +22,28 @@ def in_lines(pictures: Iterable[tuple[NDArray[np.bool_], NDArray[np.bool_]]], wi
     seen, expected = np.zeros((widest, 2)), np.zeros((widest, 2))
     for some, surface in pictures:
         for axis in (0, 1):
-            of_row, marked_of_row = surface.sum(axis=1 - axis), (surface & some).sum(axis=1 - axis)
-            rate = float(marked_of_row.sum()) / max(float(of_row.sum()), 1.0)
-            for wide in range(1, widest + 1):
-                lines = len(of_row) // wide
-                pixels, marked = (
-                    one[: lines * wide].reshape(lines, wide).sum(axis=1) for one in (of_row, marked_of_row)
-                )
-                share, per = marked / np.maximum(pixels, 1), 1 / np.maximum(pixels, 1)
-                three = np.minimum(np.minimum(pixels[:-2], pixels[2:]), pixels[1:-1]) >= _LEAST
-                beside = share[1:-1] - (share[:-2] + share[2:]) / 2
-                seen[wide - 1, axis] += float((beside**2)[three].sum())
-                by_chance = float((per[1:-1] + (per[:-2] + per[2:]) / 4)[three].sum())
-                expected[wide - 1, axis] += rate * (1 - rate) * by_chance
+            pixels, marked = surface.sum(axis=1 - axis), (surface & some).sum(axis=1 - axis)
+            for number in range(widest):
+                variance, by_chance = _of_lines(pixels, marked, number + 1)
+                seen[number, axis] += variance
+                expected[number, axis] += by_chance
     times = seen / np.maximum(expected, 1e-12)
     times[1:] /= np.maximum(times[1:, ::-1], 1.0)
     return float(times.max())
+
+
+def _of_lines(pixels: NDArray[np.int64], marked: NDArray[np.int64], wide: int) -> tuple[float, float]:
+    """Sum of the squares of how the share of one line differs from its neighbours', and what that is by chance.
+
+    pixels, marked: (rows,) how many pixels of a row could be marked, and are. wide: rows in a line.
+    """
+    rate, lines = float(marked.sum()) / max(float(pixels.sum()), 1.0), len(pixels) // wide
+    pixels, marked = (one[: lines * wide].reshape(lines, wide).sum(axis=1) for one in (pixels, marked))
+    share, per = marked / np.maximum(pixels, 1), 1 / np.maximum(pixels, 1)
+    three = np.minimum(np.minimum(pixels[:-2], pixels[2:]), pixels[1:-1]) >= _LEAST
+    beside = share[1:-1] - (share[:-2] + share[2:]) / 2
+    by_chance = rate * (1 - rate) * float((per[1:-1] + (per[:-2] + per[2:]) / 4)[three].sum())
+    return float((beside**2)[three].sum()), by_chance
 
 
 def far_off(depth: NDArray[np.float64], clean: NDArray[np.float64], seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
