@@ -48,6 +48,15 @@ def make(room: Path, out: Path, threads: int = 2, profile: str = "paper", frames
     return out
 
 
+def test_an_effect_on_what_is_no_material_leaves_no_folder(room: Path, tmp_path: Path) -> None:
+    """So that the same call, mended, is not taken for another run."""
+    profile = tmp_path / "profile.yaml"
+    profile.write_text("effects: [material_noise: {m: {cemnt: 0.3}}]")
+    with pytest.raises(InputError, match="material_noise: there is no material 'cemnt'"):
+        make(room, tmp_path / "run", profile=str(profile))
+    assert not (tmp_path / "run").exists()
+
+
 def test_a_run_has_all_its_parts(room: Path, tmp_path: Path) -> None:
     run = Run.open(make(room, tmp_path / "run"))
     assert len(run) == 12

@@ -27,7 +27,7 @@ from depthsim.scenefile.save import save_scene
 from depthsim.sensor import Effect, Profile, Sensor, load_profile
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.pipeline import measuring_camera, stored_camera
-from depthsim.sensor.sensor import Measurement
+from depthsim.sensor.sensor import Measurement, check_tags
 from depthsim.trajectory import Trajectory, load_trajectory
 from depthsim.units import to_depth_raw
 
@@ -89,6 +89,7 @@ def generate(
     """
     out, materials, profile = Path(out), load_materials(materials), load_profile(profile)
     scene = load_scene(scene, materials=materials)
+    check_tags(scene, profile.effects, materials)  # before a folder is there
     if streams is None:
         streams = (*DEFAULT_STREAMS, *(("instance",) if scene.movers else ()))
     if profile.stereo is None and set(IR_STREAMS) & set(streams):

@@ -78,6 +78,16 @@ class Measurement(Stored):
         return vars(self).get("clean") if callable(self.given) else self.given
 
 
+def check_tags(scene: Scene | None, effects: Sequence[Effect], materials: Materials) -> None:
+    """Raise :class:`InputError` where the scene or an effect names a tag that is no material."""
+    places = [(str(scene.source or scene.name), "", tag) for tag in scene.tags] if scene else []
+    places += [("sensor profile", effect.id, tag) for effect in effects for tag in effect.material_tags]
+    for file, place, tag in places:
+        if tag not in materials:
+            fix = f"the tags are {', '.join(materials.tags)}"
+            raise InputError(file, place, f"there is no material {tag!r}", fix)
+
+
 class Sensor:
     """Measures depth in a scene, or makes measured depth of the clean one that another simulator has.
 
@@ -114,7 +124,7 @@ class Sensor:
         self._caster: Caster | None = None
         if scene is not None:
             self._caster = scene if isinstance(scene, Caster) else Caster(load_scene(scene, materials=self.materials))
-        self._check_tags()
+        check_tags(self._caster.scene if self._caster else None, self.effects, self.materials)
         eye, caster = measuring_camera(self.camera, self.effects), self._caster
         self._pipeline = Pipeline(caster, eye, self.materials, caster.scene if caster else _NOWHERE)
         self._stereo = Stereo(caster, eye, settings, self.materials) if settings and caster else None
@@ -131,16 +141,6 @@ class Sensor:
         if self._caster is None:
             raise InputError("sensor", "", "has no scene to measure in", "give `scene`, or use apply(depth)")
         return self._caster
-
-    def _check_tags(self) -> None:
-        """Raise :class:`InputError` where the scene or an effect names a tag that is no material."""
-        scene = self._caster.scene if self._caster else None
-        places = [(str(scene.source or scene.name), "", tag) for tag in scene.tags] if scene else []
-        places += [("sensor profile", effect.id, tag) for effect in self.effects for tag in effect.material_tags]
-        for file, place, tag in places:
-            if tag not in self.materials:
-                fix = f"the tags are {', '.join(self.materials.tags)}"
-                raise InputError(file, place, f"there is no material {tag!r}", fix)
 
     def measure(
         self,
