@@ -189,7 +189,7 @@ class Evidence(Recording):
     def _total(self, ordered: Sequence[Effect], blocks: Sequence[int], seed: Seed) -> Counts:
         frames = [int(i) for b in blocks for i in self.blocks[b]]
         first = {int(self.blocks[b][0]) for b in blocks}
-        threads = 1 if self._is_alone else self.threads
+        threads = self._workers.free
 
         def one(part: int) -> Counts:
             begin, end = (k * len(frames) // threads for k in (part, part + 1))
@@ -252,6 +252,7 @@ class Evidence(Recording):
             )  # fmt: skip
             if correction is None:
                 counting.count(bins, self.kinds, frame.places, self._alone, counts)
+                counting.count_whole(bins, self.kinds, frame.places, self.offsets, self._whole, counts)
                 for some in frame.together:
                     needed = len(some.begins) * counting.ROOM
                     shared = shared if len(shared) >= needed else np.zeros(needed, np.uint32)
@@ -338,7 +339,9 @@ class Evidence(Recording):
         frames = [*self.frames]
         self.each(cut, frames)
         bundles = counting.bundles(self.frames[frames[len(frames) // 2]].places, self.kinds)
-        self._alone = np.setdiff1d(np.arange(len(self.axes)), [axis for axes in bundles for axis in axes])
+        alone = np.setdiff1d(np.arange(len(self.axes)), [axis for axes in bundles for axis in axes])
+        has_one = np.array([self.axes[axis].size == 1 for axis in alone], bool)
+        self._alone, self._whole = alone[~has_one], alone[has_one]
 
         def bundle(index: int) -> None:
             frame = self.frames[index]

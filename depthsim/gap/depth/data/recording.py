@@ -1,8 +1,6 @@
 """The frames of a recording that a diagnosis looks at, and what their pictures show by themselves."""
 
-import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -23,6 +21,7 @@ from depthsim.gap.depth.data.frames import (
 )
 from depthsim.gap.depth.data.ray_length import are_ray_lengths
 from depthsim.gap.depth.data.tiles import find_tiles
+from depthsim.gap.depth.data.workers import Workers
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster
 from depthsim.runs import Run
@@ -56,9 +55,8 @@ class Recording:
         self.run, self.scene, self.camera = run, scene, run.camera
         self.caster, self.base = caster, tuple(base)
         self.threads = threads or core_count()
+        self._workers = Workers(self.threads)
         self.motion = Motion.along(run.trajectory, run.truth)
-        self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evidence")
-        self._of_thread = threading.local()
         self.blocks = select_frames(len(run), run.camera.width, config.data)
         if len(self.blocks) < 2:
             raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to validate", "give 2 or more")
@@ -181,28 +179,10 @@ class Recording:
         window = self.windows[index]
         return picture if window is self.camera else picture[window.rows]
 
-    def each(self, work: Callable[[int], T], blocks: Iterable[int]) -> list[T]:
-        """The results of ``work`` on each block, side by side."""
-        if self.threads == 1 or self._is_alone:
-            return [work(block) for block in blocks]
-        return list(self._pool.map(work, blocks))
+    def each(self, work: Callable[[S], T], items: Iterable[S]) -> list[T]:
+        """See :meth:`Workers.each`."""
+        return self._workers.each(work, items)
 
     def side_by_side(self, work: Callable[[S], T], items: Iterable[S]) -> Iterator[T]:
-        """The results of ``work`` on each item, as they come, in order: whole sensors, each looked at on one thread.
-
-        There is less to wait for than where two threads share the frames of each.
-        """
-
-        def alone(item: S) -> T:
-            self._of_thread.is_alone = True
-            try:
-                return work(item)
-            finally:
-                self._of_thread.is_alone = False
-
-        return map(work, items) if self.threads == 1 or self._is_alone else self._pool.map(alone, items)
-
-    @property
-    def _is_alone(self) -> bool:
-        """Whether the other threads have work of their own."""
-        return getattr(self._of_thread, "is_alone", False)
+        """See :meth:`Workers.side_by_side`."""
+        return self._workers.side_by_side(work, items)
