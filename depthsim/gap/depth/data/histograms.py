@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.kernels import kernel
-from depthsim.lanes import choose, load_floats, spread, store
+from depthsim.lanes import choose, load_floats, magnitude, spread, store
 
 _f = np.float32
 ERROR, LEFT, UP, FAR_LEFT, FAR_UP, BEFORE, ACROSS, PHASE = range(8)
@@ -38,7 +38,6 @@ def _signed(sizes: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.concatenate([np.nextafter(-sizes[::-1], _f(-np.inf)), np.zeros(1, np.float32), sizes])
 
 
-_ERRORS, _SIGNED_APART = _signed(MAGNITUDES), _signed(APART)
 _COARSE = _signed(np.array([0.3, 1], np.float32))[[0, 1, 3, 4]]
 
 
@@ -57,21 +56,40 @@ def errors(units, unit, clean, per_spread, error, coarse):  # noqa: ANN201 - num
 def _rank(values, thresholds, out):
     """How many thresholds each value is above; both arrays without gaps."""
     at, to = np.int64(values.ctypes.data), np.int64(out.ctypes.data)
-    whole = values.size // _LANES * _LANES
-    for u in range(0, whole, _LANES):
+    # The last lanes are done twice where they do not come out even.
+    for begin in range(0, values.size if values.size >= _LANES else 0, _LANES):
+        u = min(begin, values.size - _LANES)
         given, above = load_floats(at + 4 * u, _LANES), spread(np.uint8(0), _LANES)
         for threshold in thresholds:
             above = above + choose(given > threshold, np.uint8(1), np.uint8(0))
         store(to + u, above)
-    for u in range(whole, values.size):
+    for u in range(values.size if values.size < _LANES else 0):
         out[u] = np.uint8(0)
         for threshold in thresholds:
             out[u] += np.uint8(values[u] > threshold)
 
 
 @kernel
+def _signed_rank(values, sizes, out):
+    """How many thresholds each value is above, which are zero and ``sizes`` on both its sides, as of :func:`_signed`."""
+    at, to, middle = np.int64(values.ctypes.data), np.int64(out.ctypes.data), np.uint8(sizes.size)
+    for begin in range(0, values.size if values.size >= _LANES else 0, _LANES):
+        u = min(begin, values.size - _LANES)
+        given, beyond = load_floats(at + 4 * u, _LANES), spread(np.uint8(0), _LANES)
+        size = magnitude(given)
+        for threshold in sizes:
+            beyond = beyond + choose(size > threshold, np.uint8(1), np.uint8(0))
+        store(to + u, choose(given > _f(0), beyond + np.uint8(middle + 1), middle - beyond))
+    for u in range(values.size if values.size < _LANES else 0):
+        beyond = np.uint8(0)
+        for threshold in sizes:
+            beyond += np.uint8(abs(values[u]) > threshold)
+        out[u] = middle + np.uint8(1) + beyond if values[u] > _f(0) else middle - beyond
+
+
+@kernel
 def _error(e, raw, true, out):
-    _rank(e, _ERRORS, out)
+    _signed_rank(e, MAGNITUDES, out)
     for u in range(e.size):
         found = np.uint8(32) if raw[u] == 0 else (np.uint8(33) if raw[u] == 65535 else out[u])
         out[u] = found if true[u] > _f(0) else (np.uint8(34) if raw[u] > 0 else np.uint8(32))
@@ -98,7 +116,7 @@ def _phase(disparity, per_step, coarse, out):
 def _difference(e, raw, other_e, other_raw, by, out):
     for u in range(e.size):
         by[u] = (e[u] - other_e[u]) * _HALF
-    _rank(by[: e.size], _SIGNED_APART, out)
+    _signed_rank(by[: e.size], APART, out)
     for u in range(e.size):
         here, there = raw[u] > 0, other_raw[u] > 0
         found = np.uint8(22) if raw[u] == other_raw[u] else out[u]
