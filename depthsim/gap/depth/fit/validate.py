@@ -21,8 +21,8 @@ Floats = NDArray[np.float64]
 T = TypeVar("T")
 Numbers = NDArray[np.int64]
 
-_REMEMBERED = 12
-"""Sensors whose simulated recordings are kept, those that were last asked for."""
+_KEPT = 1 << 27
+"""Bytes of simulated recordings that are kept, of the sensors that were last asked for."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Validator:
         with self._lock:
             self._runs.pop(key, None)
             self._runs[key] = known
-            if len(self._runs) > _REMEMBERED:
+            while sum(run.nbytes for runs in self._runs.values() for run in runs) > _KEPT and len(self._runs) > 1:
                 del self._runs[next(iter(self._runs))]
         return known[:count]
 
