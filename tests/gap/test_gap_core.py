@@ -180,6 +180,35 @@ def test_axes_that_are_counted_together_have_the_counts_of_each_alone(seed: int)
     assert not shared.any()
 
 
+@settings(max_examples=20)
+@given(st.integers(0, 2**31), st.integers(1, 700), st.booleans())
+def test_axes_of_one_cell_have_the_counts_of_any_other(seed: int, pixels: int, wide: bool) -> None:
+    rng = np.random.default_rng(seed)
+    kinds = np.array([histograms.PHASE, histograms.ERROR, histograms.PHASE + 3])
+    bins = histograms.BINS[kinds]
+    offsets, size = np.concatenate([[0], np.cumsum(bins)[:-1]]), 70_000 if wide else int(bins.sum())
+    cells = np.where(rng.random((3, pixels)) < 0.3, counting.NO_CELL, 0).astype(np.uint16)
+    across = np.zeros(pixels, np.float32)
+    where = counting.places(cells, kinds, offsets, size, rows=np.arange(1), across=across, follows=False)
+    codes = rng.integers(0, histograms.BINS[: kinds.max() + 1, None], (kinds.max() + 1, pixels)).astype(np.uint8)
+    expected, counts = np.zeros((2, size + counting.SPARE), np.uint32)
+    counting.count(codes, kinds, where, np.array([0, 2]), expected)
+    counting.count_whole(codes, kinds, where, offsets, np.array([0, 2]), counts)
+    np.testing.assert_array_equal(counts[:size], expected[:size])
+    assert counts[: bins[0]].sum() == (cells[0] == 0).sum()
+
+
+@given(st.lists(st.floats(-100, 100, width=32), min_size=1, max_size=100))
+def test_the_bin_of_an_error_is_that_of_its_thresholds(values: list[float]) -> None:
+    above = np.concatenate([histograms.MAGNITUDES, [0], -histograms.MAGNITUDES])
+    given = np.concatenate([np.array(values, np.float32), above.astype(np.float32)])
+    ranks = np.empty(len(given), np.uint8)
+    histograms._signed_rank(given, histograms.MAGNITUDES, ranks)
+    beyond = [(x > histograms.MAGNITUDES).sum() for x in given]
+    within = [(x >= -histograms.MAGNITUDES).sum() for x in given]  # nearer to zero, on the threshold itself
+    np.testing.assert_array_equal(ranks, np.add(beyond, within) + (given > 0))
+
+
 def test_a_bias_moves_the_bins_and_its_sign_is_kept() -> None:
     clean = np.full((20, 20), 2.0, np.float32)
     near, far = (_count(np.full(clean.shape, v, np.uint16), clean, histograms.ERROR) for v in (1990, 2010))

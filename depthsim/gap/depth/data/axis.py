@@ -56,15 +56,13 @@ class Axis:
         return float(self.edges[cells.min()]), float(self.edges[cells.max() + 1])
 
 
-def frame_cells(
-    axes: list[Axis], c: Covariates, frame: int, mask: NDArray[np.bool_] | None, rows: NDArray[np.intp]
-) -> NDArray[np.uint16]:
-    """(axes, pixels of ``rows``): the cell of each pixel on each axis; NO_CELL where it is not counted."""
-    out = np.empty((len(axes), c.depth[rows].size), np.uint16)
+def frame_cells(axes: list[Axis], c: Covariates, frame: int, mask: NDArray[np.bool_] | None) -> NDArray[np.uint16]:
+    """(axes, pixels): the cell of each pixel on each axis; NO_CELL where it is not counted. mask: (height, width)."""
+    out = np.empty((len(axes), c.depth.size), np.uint16)
     for w, axis in enumerate(axes):
         cell = np.asarray(axis.cells(c, frame))
-        cell = np.where((cell >= 0) & (cell < axis.size), cell, NO_CELL)
-        out[w] = (cell if mask is None else np.where(mask, cell, NO_CELL))[rows].reshape(-1)
+        counted = (cell >= 0) & (cell < axis.size)
+        out[w] = np.where(counted if mask is None else counted & mask, cell, NO_CELL).reshape(-1)
     return out
 
 

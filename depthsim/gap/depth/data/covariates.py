@@ -1,6 +1,6 @@
 """What a pixel's error may depend on: the axes along which the gap is looked for, from clean geometry and motion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,11 @@ class Covariates:
     hidden: NDArray[np.bool_]
     toward: NDArray[np.bool_]
     instance: NDArray[np.uint16]
+
+    def of_rows(self, rows: NDArray[np.intp]) -> "Covariates":
+        """Some of the rows, counted from the first that is there."""
+        pictures = {one.name: getattr(self, one.name)[..., rows, :] for one in fields(self) if one.name != "camera"}
+        return Covariates(self.camera.whole.window(self.camera.rows[rows]), **pictures)
 
 
 EDGE_DISTANCES = (1, 2, 4, 7, EDGE_REACH)

@@ -330,7 +330,9 @@ class Evidence(Recording):
             frame, found = self.frames[index], self._covariates(index)
             frame.across = found.across.reshape(-1)
             frame.per_spread = self.cuts.per_spread(found.depth, found.tag).reshape(-1)
-            cells = frame_cells(self.axes, found, index, self.trusted(index), frame.counted)
+            trusted = self.trusted(index)
+            trusted = None if trusted is None else trusted[frame.counted]
+            cells = frame_cells(self.axes, found.of_rows(frame.counted), index, trusted)
             frame.places = counting.places(
                 cells, self.kinds, self.offsets, self.size, rows=frame.counted,
                 across=found.across[frame.counted].reshape(-1), follows=index not in first_of_block,

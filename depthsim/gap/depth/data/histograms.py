@@ -71,7 +71,7 @@ def _rank(values, thresholds, out):
 
 @kernel
 def _signed_rank(values, sizes, out):
-    """How many thresholds each value is above, which are zero and ``sizes`` on both its sides, as of :func:`_signed`."""
+    """As :func:`_rank`, of the thresholds :func:`_signed` makes of ``sizes``: by their size, and then by their sign."""
     at, to, middle = np.int64(values.ctypes.data), np.int64(out.ctypes.data), np.uint8(sizes.size)
     for begin in range(0, values.size if values.size >= _LANES else 0, _LANES):
         u = min(begin, values.size - _LANES)
