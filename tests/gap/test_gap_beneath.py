@@ -74,6 +74,26 @@ def test_holes_anywhere_lie_where_others_begin_too(level: float, there: float, n
     assert itself.lies_elsewhere(validator, type(growing), (growing,), (growing, anywhere)) is None
 
 
+@given(st.floats(0.01, 0.05), st.floats(0, 1))
+def test_holes_on_all_materials_are_there_on_those_that_another_cause_spares(level: float, there: float) -> None:
+    """Holes of one material that grow along the range by another formula, which holes on all would be a part of."""
+    of_one, anywhere = effect_class("material_dropout")(), effect_class("range_dropout")()
+    its = np.arange(CELLS) < 5
+    real = 0.05 * its + level * np.where(its, 1.0, there)
+    shares = [np.zeros(CELLS), 0.05 * its, 0.05 * its + level]  # by how many effects there are
+    evidence = SimpleNamespace(
+        config=DepthConfig(), axes=[SimpleNamespace(name="material", kind=ERROR)], base=(),
+        cells=lambda axis, of: of.reshape(*of.shape[:-1], CELLS, -1),
+    )  # fmt: skip
+    runs = lambda effects, count: [counts(shares[len(effects)])]  # noqa: E731
+    validator = cast("Any", SimpleNamespace(evidence=evidence, real=counts(real), runs=runs))
+    least = evidence.config.agreement.where_others_begin
+    said = itself.is_of_its_materials(validator, type(anywhere), (of_one,), (of_one, anywhere))
+    if abs(there - least) > 0.01:
+        assert (said is not None) == (there < least)
+    assert itself.is_of_its_materials(validator, type(of_one), (of_one,), (of_one, anywhere)) is None
+
+
 @given(st.floats(1.2, 2.0), st.floats(3.0, 3.7), st.floats(0.1, 1))
 def test_the_nearest_and_the_farthest_lie_apart(near: float, far: float, share: float) -> None:
     """Holes of a least range and of a largest one are no two shapes of one; those of two largest ones are."""

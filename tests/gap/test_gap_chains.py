@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from depthsim.gap.config import DepthConfig, DepthSelect
-from depthsim.gap.depth.fit import confirm, grow, hiding, optimize, select
+from depthsim.gap.depth.fit import confirm, grow, hiding, optimize, select, ties
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
@@ -197,6 +197,40 @@ def test_what_parameters_are_off_by_behind_biases_is_for_no_other_cause(monkeypa
     assert more is not None and more.model is better
 
 
+@pytest.mark.parametrize("replaced", [True, False])
+def test_a_noise_gives_its_place_to_another_behind_biases_where_no_new_one_is_looked_for(
+    monkeypatch: pytest.MonkeyPatch, replaced: bool
+) -> None:
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(select, "first_axes", lambda validator, effects: [("bias", ("motion",))])
+    searches: list[Any] = []
+
+    def begins(evidence: Any, validator: Any, bank: Any, before: Any, say: Any) -> Any:
+        searches.append(SimpleNamespace(config=DepthConfig(), bank=bank, refined=lambda of: of))
+        return searches[0]
+
+    def again(search: Any, score: Score, begun: Chain) -> Chain:
+        assert [one.effect for one in search.bank] == ["range_dropout"]
+        assert [one.effect for one in search.replacing] == ["incidence_noise", "range_dropout"]
+        if replaced:
+            begun.refuse("lateral_noise", 0.1, "makes tails")
+            begun.model = model("time_offset", "incidence_noise")
+        return begun
+
+    monkeypatch.setattr(select, "Search", begins)
+    monkeypatch.setattr(select, "_chain", again)
+    monkeypatch.setattr(select, "Fitting", lambda *_: FakeSearch(time_offset_lateral_noise=0.3))
+    left = SimpleNamespace(stands_out=lambda limit: True, gap=0.3, floor=0.1)
+    validator = SimpleNamespace(
+        evidence=SimpleNamespace(config=DepthConfig(), base=()), score=lambda effects: left, quick=lambda effects: 1.0
+    )
+    found = Selection(model("time_offset", "lateral_noise"), {}, (), ())
+    bank = model("baseline_scale", "incidence_noise", "range_dropout").parts
+    more = select.select_more(cast("Any", validator), bank, found, lambda _: None)
+    assert more is not None
+    assert [part.effect for part in more.model.parts] == ["time_offset", ("lateral_noise", "incidence_noise")[replaced]]
+
+
 @pytest.mark.parametrize("better", [True, False])
 def test_what_is_refused_is_asked_in_its_other_form(monkeypatch: pytest.MonkeyPatch, better: bool) -> None:
     search, first, other = FakeSearch(light=0.2), Trial(model("light"), 0.2), Trial(model("light"), 0.1)
@@ -306,6 +340,36 @@ def test_holes_anywhere_beside_a_shadow_are_named_where_no_rival_acts(rival_acts
     begun.score = SimpleNamespace(above=0.07, floor=0.0)
     trial, rival = Trial(model("fill_rate"), 0.045), Trial(model("range_dropout"), 0.046)
     assert grow._closes_enough(cast("Search", search), begun, trial, [trial, rival]) == enough
+
+
+@pytest.mark.parametrize(("theirs", "enough"), [(0.0046, True), (0.0045, True), (0.0044, False)])
+def test_of_holes_anywhere_one_with_more_parameters_is_no_rival_that_closes_no_more(
+    theirs: float, enough: bool
+) -> None:
+    """1 % more holes everywhere beside a filter and edges, which holes along the range, that begin at once, are too."""
+    search = FakeSearch(filter_fill_rate_range_dropout=0.0044)
+    search.acts = lambda of: True
+    search.makes_steps, search.is_flexible = (lambda of: False), (lambda one: False)
+    search.left_along = lambda of: None
+    begun = chain(0.007, "filter")
+    begun.score = SimpleNamespace(above=0.007, floor=0.0)
+    begun.model = model("spatial_filter")
+    free = tuple(Free(name, 0, 1, log=False, step=0.1) for name in ("start", "rate"))
+    of = [Candidate(name, free[:count], {}, ((),)) for name, count in (("fill_rate", 1), ("range_dropout", 2))]
+    trials = [Trial(Model((one,), np.zeros(len(one.free))), gap) for one, gap in zip(of, (0.0045, theirs), strict=True)]
+    search.gaps |= {"fill_rate_range_dropout": 0.0044}
+    assert grow._closes_enough(cast("Search", search), begun, trials[0], trials) == enough
+
+
+def test_the_rivals_of_a_cause_are_those_of_the_step_that_it_was_named_in() -> None:
+    """Noise comes near to a time offset by itself; once that is there, its rivals are other noises."""
+    alone = [Trial(model(name), gap) for name, gap in (("time_offset", 0.1), ("lateral_noise", 0.4))]
+    beside = [
+        Trial(model("time_offset", name), gap) for name, gap in (("lateral_noise", 0.02), ("incidence_noise", 0.01))
+    ]
+    step, mine, closed = ties._found_as("lateral_noise", [alone, beside], [1.0, 0.1])
+    assert step is beside and mine is beside[0] and closed == pytest.approx(0.08)
+    assert ties._found_as("time_offset", [alone, beside], [1.0, 0.1])[:2] == (alone, alone[0])
 
 
 @pytest.mark.parametrize(

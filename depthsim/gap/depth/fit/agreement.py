@@ -127,6 +127,7 @@ def disagreement(
         or itself.is_mostly_besides(validator, effect, before, after)
         or itself.takes_all(validator, effect, before, after)
         or itself.lies_elsewhere(validator, effect, before, after)
+        or itself.is_of_its_materials(validator, effect, before, after)
         or marks.unseen_step(validator, effect, before, after)
         or marks.come_in_lines(validator, effect, after)
         or marks.brings_together(validator, effect, before, after)

@@ -31,12 +31,16 @@ class Trial:
 
 
 class Fitting:
-    """Fits models. bank: what may be wrong; before: the simulator that causes are added to, with what is known."""
+    """Fits models. bank: what may be wrong; before: the simulator that causes are added to, with what is known.
+
+    replacing: what may take the place of a cause that is refused: the bank, unless more is given.
+    """
 
     def __init__(
         self, evidence: Evidence, validator: Validator, bank: Sequence[Candidate], before: Sequence[Effect], say: Say
     ) -> None:
         self.evidence, self.validator, self.bank, self.say = evidence, validator, list(bank), say
+        self.replacing = self.bank
         score = validator.score(before)
         self.before, self.floor, self.base, self.config = score.gap, score.floor, evidence.base, evidence.config
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.

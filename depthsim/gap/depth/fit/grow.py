@@ -166,7 +166,8 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     learned = learned_of(effect_class(trial.newest.effect))  # as much as other frames say for sure is there
     acts = along is not None and (bool(learned) or along <= limit.left_alone)
     anywhere = not effect_class(trial.newest.effect).axes and (kind not in named or kind == "missing")
-    acts = acts or (anywhere and search.acts(trial.model))
+    if anywhere and search.acts(trial.model):
+        acts, others = True, [other for other in others if not _is_outdone(other, trial)]
 
     def is_rivalled(other: Trial) -> bool:
         """Not by what acts elsewhere, or is known by another axis than that on which what is left changes first."""
@@ -176,6 +177,12 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         return not acts or (search.acts(other.model) and not known)
 
     return not any(map(is_rivalled, others))
+
+
+def _is_outdone(other: Trial, by: Trial) -> bool:
+    """Whether a trial makes the same kind of error with more parameters, and closes no more."""
+    more = len(other.newest.free) > len(by.newest.free)
+    return more and other.gap >= by.gap and not _is_other_kind(other, by)
 
 
 def _is_no_leftover(search: Search, chain: Chain, trial: Trial, by_material: bool) -> bool:

@@ -9,6 +9,7 @@ from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.fit.asked import WORDS
 from depthsim.gap.depth.fit.changes import (
     ALL,
+    ENOUGH,
     GROWING,
     KINDS,
     Effects,
@@ -146,6 +147,27 @@ def lies_elsewhere(validator: Validator, effect: type[Effect], before: Effects, 
         alike = mean_over(begins, pixels, made)
         if alike > 0 and there < limit.where_others_begin * max(alike, 0.0 if effect.axes else farther):
             return f"loses {alike:.1%} of the pixels where those that {cause.id} loses begin, the recording {there:.1%}"
+    return None
+
+
+def is_of_its_materials(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether holes that an effect makes on all materials are hardly there on those where another cause makes none.
+
+    On the others they are what that one's formula leaves, such as a range along which a material is lost.
+    """
+    limit, cuts = validator.evidence.config.agreement, cuts_along(validator, "material")
+    if effect.kinds != ("missing",) or "material" in effect.axes or not cuts:
+        return None
+    number, pixels = cuts[0], pixels_along(validator, cuts[0], validator.real)
+    for cause in (one for one in before if one not in validator.evidence.base and one.kinds == ("missing",)):
+        if "material" not in cause.axes:
+            continue
+        theirs = holes_made(validator, number, [one for one in before if one is not cause], before)
+        spared = np.flatnonzero((theirs <= limit.begins * theirs.max(initial=0.0)) & (pixels >= ENOUGH))
+        made, more = holes_made(validator, number, before, after), more_holes(validator, number, before)
+        there, alike = (mean_over(spared, pixels, one) for one in (more, made))
+        if alike > limit.begins * made.max(initial=0.0) and there < limit.where_others_begin * alike:
+            return f"loses {alike:.1%} of the pixels of materials that {cause.id} spares, the recording {there:.1%}"
     return None
 
 

@@ -369,7 +369,7 @@ class Search(Screening):
         """
         taken = {name for part in model.parts for name in (part.effect, *part.replaces)}
         first = [(one, along) for one, along in first_axes(self.validator, model.build(self.base)) if one == kind]
-        for candidate in self.bank:
+        for candidate in self.replacing:
             effect, has_more = effect_class(candidate.effect), has_more_pixels(candidate.effect, self.evidence.camera)
             is_open = not (candidate.in_place or candidate.effect in taken or candidate.replaces & taken or has_more)
             everywhere = not effect.axes and effect.kinds[0] == kind

@@ -93,11 +93,13 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
         theirs.add("spread")
     hidden = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] not in theirs]
     search = Search(evidence, validator, hidden, before, say)
+    search.replacing = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] != "bias"]
     strict = search.config.select.model_copy(update={"further": search.config.select.further_of_left})
     search.config = search.config.model_copy(update={"select": strict})
     chain = _chain(search, left, Chain(strict, left, left.gap, model))
     # Noise and how it goes together are seen better here than beside the biases, whatever was named for them there.
-    dropped = {name for name in chain.dropped if effect_class(name).kinds[0] in ("correlation", "spread")}
+    refused = chain.dropped | set(chain.refused)
+    dropped = {name for name in refused if effect_class(name).kinds[0] in ("correlation", "spread")}
     already = {part.effect for part in model.parts}
     if chain.model is None:  # what formulas leave is too much there to say anything of any cause
         return None

@@ -71,8 +71,11 @@ def _hardly_more(search: Search, gap: float) -> float:
 def _found_as(
     cause: str, looked: Sequence[Sequence[Trial]], before: Sequence[float]
 ) -> tuple[Sequence[Trial], Trial | None, float]:
-    """The step in which a cause was first among the leaders, what it was there, and what it closed."""
-    for step, gap in zip(looked, before, strict=True):
+    """The last step in which a cause was among the leaders, what it was there, and what it closed.
+
+    That is the one that it was named in: before a large cause is there, another may close much in its place.
+    """
+    for step, gap in zip(reversed(looked), reversed(before), strict=True):
         mine = next((trial for trial in step if trial.newest.effect == cause), None)
         if mine is not None:
             return step, mine, gap - mine.gap
