@@ -93,8 +93,8 @@ class Effect(BaseModel):
     """whether it makes all of its kinds wherever it makes one"""
     besides: ClassVar[tuple[str, ...]] = ()
     """parameters of errors beside those that it is known by, which without these are another's"""
-    outgrown: ClassVar[tuple[str, ...]] = ()
-    """parameters that at their upper bound make it another effect"""
+    outgrown: ClassVar[Mapping[str, float]] = {}
+    """values of parameters from which on it is another effect"""
     seen_on: ClassVar[tuple[str, ...]] = ()
     """effects without which it does nothing, such as a noise that it changes"""
 

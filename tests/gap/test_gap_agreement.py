@@ -731,7 +731,7 @@ def test_a_limit_that_is_soft_over_decimetres_is_none(softness: float, base: tup
     assert said is None or "softness" in said
 
 
-@pytest.mark.parametrize(("share", "refused"), [(1.0, True), (0.5, False)])
+@pytest.mark.parametrize(("share", "refused"), [(1.0, True), (0.5, True), (0.4, False)])
 def test_tails_of_all_pixels_are_noise(share: float, refused: bool) -> None:
     validator = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(base=())))
     assert (itself.is_outgrown(validator, HeavyTails, [HeavyTails(share=share, spread=0.04)]) is not None) == refused

@@ -45,7 +45,7 @@ class HeavyTails(Effect):
     kinds = ("tail", "spread")
     recording = "a flat wall away from any depth edge"
     forms = ({"spread": 0.0}, {"search": 126.0})
-    outgrown = ("share",)
+    outgrown: ClassVar = {"share": 0.5}  # of most pixels it is noise
     shown: ClassVar = {"share": 0.02}
 
     share: float = parameter(

@@ -10,6 +10,8 @@ from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 
 _ZERO = np.float32(0)
+_SOFTEST = 0.3
+"""[m]"""
 
 
 @kernel
@@ -25,7 +27,7 @@ def _softness(start: float) -> float:
     softness: float = parameter(
         0.0,
         low=0,
-        high=0.3,
+        high=_SOFTEST,
         unit="m",
         about="scale of a logistic limit, drawn for each pixel; 0: a sharp one. What is wider is range_dropout",
         source="none: the data sheet has a sharp one",
@@ -78,7 +80,7 @@ class MinRange(Effect):
         {"softness": 0.0, "error": 1.0},
     )
     shown: ClassVar = {"depth": 1.5}
-    outgrown = ("softness",)
+    outgrown: ClassVar = {"softness": _SOFTEST}
 
     depth: float = parameter(
         0.195,
@@ -129,7 +131,7 @@ class MaxRange(Effect):
     recording = "one material out to ranges where holes begin"
     forms = ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0})
     shown: ClassVar = {"depth": 3.5}
-    outgrown = ("softness",)
+    outgrown: ClassVar = {"softness": _SOFTEST}
 
     depth: float = parameter(
         10.0,

@@ -26,7 +26,6 @@ from depthsim.gap.depth.fit.changes import (
 )
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
-from depthsim.sensor.parameter import parameters_of
 from depthsim.sensor.pipeline import in_camera
 
 
@@ -43,16 +42,16 @@ def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: 
 
 
 def is_outgrown(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
-    """Whether an effect that the sensor has not has a parameter at a bound beyond which it is another effect.
+    """Whether an effect that the sensor has not has a parameter that makes it another effect.
 
     Such as a nearest range that is soft over decimetres, for holes that become more the nearer something is.
     """
     if has_effect(validator.evidence.base, effect.id):
         return None
-    bounds = {name: parameters_of(effect)[name].high for name in effect.outgrown}
+    bounds = effect.outgrown
     reached = (name for one in after if one.id == effect.id for name in bounds if getattr(one, name) >= bounds[name])
     name = next(reached, None)
-    return None if name is None else f"has its {name} at the bound, beyond which it is another effect"
+    return None if name is None else f"has a {name} of {bounds[name]:g} or more, from which on it is another effect"
 
 
 def is_alike_for_all(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
