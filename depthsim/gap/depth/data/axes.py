@@ -9,7 +9,6 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from depthsim.camera import Camera
 from depthsim.gap.depth.data.axis import Axis, Cells
 from depthsim.gap.depth.data.covariates import EDGE_CODES, EDGE_DISTANCES, Covariates
 from depthsim.gap.depth.data.cuts import Cuts
@@ -74,7 +73,7 @@ def _columns(c: Covariates) -> Numbers:
 
 def _rows(c: Covariates) -> Numbers:
     """As they are counted in the whole picture."""
-    return np.broadcast_to(c.camera.rows[:, None], c.depth.shape)
+    return np.broadcast_to(c.rows[:, None], c.depth.shape)
 
 
 def _plain(text: str) -> Callable[[NDArray[np.int64]], str]:
@@ -142,14 +141,14 @@ def _image(name: str, size: int, cells: Callable[[Covariates], Numbers], pixels:
     return _ordered(name, size, lambda c, _: cells(c), np.linspace(0, pixels, size + 1), "px")
 
 
-def radius(camera: Camera) -> NDArray[np.float32]:
+def _radius(c: Covariates) -> NDArray[np.float32]:
     """(height, width): distance from the principal point, 1 at the whole picture's farthest corner."""
-    return (np.hypot(*camera.rays) / np.hypot(*camera.whole.rays).max()).astype(np.float32)
+    return (np.hypot(*c.rays) / c.corner).astype(np.float32)
 
 
 def _image_radius(k: Cuts) -> Axis:
     def cells(c: Covariates, _: int) -> Numbers:
-        return np.minimum((radius(c.camera) * _RADII).astype(np.int16), _RADII - 1)
+        return np.minimum((_radius(c) * _RADII).astype(np.int16), _RADII - 1)
 
     return _ordered("image_radius", _RADII, cells, np.linspace(0, 1, _RADII + 1), "1")
 
@@ -350,10 +349,10 @@ def _radial(k: Cuts) -> Axis:
     """Where the depth would go if the ray went outwards, by the third of the image radius."""
 
     def cells(c: Covariates, _: int) -> Numbers:
-        x, y = c.camera.rays
+        x, y = c.rays
         r = np.maximum(np.hypot(x, y), 1e-6)
         out = (x * c.slope_x + y * c.slope_y) / r * k.per_spread(c.depth, c.tag) / np.float32(2 * k.camera.fx)
-        return _hit(c, np.minimum((radius(c.camera) * 3).astype(np.int16), 2) * 9 + _cut(out, _SIGNED))
+        return _hit(c, np.minimum((_radius(c) * 3).astype(np.int16), 2) * 9 + _cut(out, _SIGNED))
 
     text = "surfaces that slope away from the image's middle or towards it"
     return Axis("image_radius", ERROR, 27, cells, _plain(text), single=False)
@@ -363,7 +362,7 @@ def _roll(k: Cuts) -> Axis:
     """Where the depth would go if the picture turned by half a degree."""
 
     def cells(c: Covariates, _: int) -> Numbers:
-        x, y = c.camera.rays
+        x, y = c.rays
         turned = (x * c.slope_y - y * c.slope_x) * np.float32(np.radians(0.5)) * k.per_spread(c.depth, c.tag)
         return _hit(c, _cut(turned, _SIGNED))
 

@@ -1,6 +1,6 @@
 """What a pixel's error may depend on: the axes along which the gap is looked for, from clean geometry and motion."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,9 @@ _JUMP = 0.04
 
 @dataclass
 class Covariates:
-    """Per pixel of what ``camera`` sees of a frame, each (height, width); what nothing was hit by has depth 0.
+    """Per pixel of what a camera sees of a frame, each (height, width); what nothing was hit by has depth 0.
 
+    rays (2, …): x and y at z = 1; rows (height,): of the whole picture; corner: the largest length of (x, y) in that.
     depth [m], tag and face as cast; cosine of the incidence; normal (3, …) in the world; height over the world's
     ground [m]; slope_x, slope_y: change of depth [m] per unit of the ray's x and y; drift: change of depth with time
     at a fixed pixel [m/s]; flow: speed of the picture [rad/s]; edge: 0 far from depth edges, else 1 + a code of side,
@@ -32,7 +33,9 @@ class Covariates:
     drift and flow are those of the motion between camera and object.
     """
 
-    camera: Camera
+    rays: NDArray[np.float32]
+    rows: NDArray[np.intp]
+    corner: np.float32
     depth: NDArray[np.float32]
     tag: NDArray[np.uint8]
     face: NDArray[np.int32]
@@ -51,8 +54,8 @@ class Covariates:
 
     def of_rows(self, rows: NDArray[np.intp]) -> "Covariates":
         """Some of the rows, counted from the first that is there."""
-        pictures = {one.name: getattr(self, one.name)[..., rows, :] for one in fields(self) if one.name != "camera"}
-        return Covariates(self.camera.whole.window(self.camera.rows[rows]), **pictures)
+        pictures = (one.name for one in fields(self) if one.name not in ("rows", "corner"))
+        return replace(self, rows=self.rows[rows], **{name: getattr(self, name)[..., rows, :] for name in pictures})
 
 
 EDGE_DISTANCES = (1, 2, 4, 7, EDGE_REACH)
@@ -92,7 +95,9 @@ def covariates(
     _edges(z, np.abs(slope_x) / _f(camera.fx), np.abs(slope_y) / _f(camera.fy), edge, across)
     hidden = np.zeros(z.shape, np.bool_) if geometry.right_sees is None else geometry.right_sees == 0
     return Covariates(
-        camera=camera,
+        rays=camera.rays,
+        rows=camera.rows,
+        corner=np.hypot(*camera.whole.rays).max(),
         depth=z,
         tag=geometry.tag,
         face=geometry.face,
