@@ -7,6 +7,7 @@ from itertools import combinations
 from typing import Any, TypeVar
 
 import numpy as np
+from isal import isal_zlib
 from numpy.typing import NDArray
 
 from depthsim.draws import Seed
@@ -21,8 +22,8 @@ Floats = NDArray[np.float64]
 T = TypeVar("T")
 Numbers = NDArray[np.int64]
 
-_KEPT = 1 << 27
-"""Bytes of simulated recordings that are kept, of the sensors that were last asked for."""
+_KEPT = 1 << 26
+"""Bytes of simulated recordings that are kept, of the sensors that were last asked for; and of those before, packed."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,7 @@ class Validator:
         self.real = evidence.real_counts(self.blocks)
         self._lock = threading.Lock()
         self._runs: dict[str, list[Counts]] = {}
+        self._packed: dict[str, list[bytes]] = {}
         self._known: dict[tuple[Any, ...], Any] = {}
 
     @property
@@ -72,15 +74,22 @@ class Validator:
     def runs(self, effects: Sequence[Effect], count: int) -> list[Counts]:
         """``count`` simulated recordings of one sensor, each (blocks, size)."""
         key = key_of(effects)
-        known = self._runs.get(key, [])
+        with self._lock:
+            known, packed = self._runs.get(key, []), self._packed.get(key, [])
+        shape = (len(self.blocks), self.evidence.size)
+        known = known or [np.frombuffer(isal_zlib.decompress(run), np.uint32).reshape(shape) for run in packed]
         seeds = [judging(run) for run in range(len(known), count)]
         # A list of its own, as another thread may be at the same sensor.
         known = [*known, *self.evidence.simulate_runs(effects, self.blocks, seeds)]
         with self._lock:
             self._runs.pop(key, None)
             self._runs[key] = known
+            self._packed.pop(key, None)
             while sum(run.nbytes for runs in self._runs.values() for run in runs) > _KEPT and len(self._runs) > 1:
-                del self._runs[next(iter(self._runs))]
+                oldest = next(iter(self._runs))
+                self._packed[oldest] = [isal_zlib.compress(run, 0) for run in self._runs.pop(oldest)]
+            while sum(len(run) for runs in self._packed.values() for run in runs) > _KEPT:
+                del self._packed[next(iter(self._packed))]
         return known[:count]
 
     def once(self, work: Callable[..., T], *sensors: Sequence[Effect]) -> T:
