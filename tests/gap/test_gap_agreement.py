@@ -17,7 +17,7 @@ from depthsim.gap import diagnose
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.histograms import ERROR, ERROR_HOLE
 from depthsim.gap.depth.data.load import load_evidence
-from depthsim.gap.depth.fit import agreement, itself, marks, rules
+from depthsim.gap.depth.fit import agreement, itself, marks, rules, validate
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import KINDS, Changes, _scaled, less_others
 from depthsim.gap.depth.fit.screening import worth_a_look
@@ -52,6 +52,19 @@ def scaled(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = load_trajectory("tour", scene, camera.rate, 18)
     generate(scene, path, camera, sensor, folder, streams=("depth",), seed=3, threads=1)
     return folder
+
+
+def test_simulated_recordings_that_were_packed_are_not_made_again(
+    scaled: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    evidence, _ = load_evidence(scaled, None, (DisparityNoise(sigma=0.05),))
+    validator = Validator(evidence, evidence.held_out)
+    one, other = evidence.base, (*evidence.base, HeavyTails(share=0.1))
+    first = [run.copy() for run in validator.runs(one, 2)]
+    monkeypatch.setattr(validate, "_KEPT", sum(run.nbytes for run in first))
+    validator.runs(other, 2)
+    monkeypatch.setattr(evidence, "simulate_runs", lambda effects, blocks, seeds: [pytest.fail("again") for _ in seeds])
+    np.testing.assert_array_equal(validator.runs(one, 2), first)
 
 
 def test_a_scale_that_is_wrong_all_the_time_is_no_drift(scaled: Path) -> None:
