@@ -1,5 +1,6 @@
 """Holes anywhere beneath holes that grow along an axis."""
 
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -29,15 +30,19 @@ def counts(holes: NDArray[np.float64]) -> NDArray[np.int64]:
     return cells.reshape(2, -1)
 
 
-def said(real: NDArray[np.float64], base: float, fitted: NDArray[np.float64]) -> bool:
-    shares = {"before": np.full(CELLS, base), "after": base + fitted}
+def validator_of(axis: str, real: NDArray[np.float64], shares: Callable[[Any], NDArray[np.float64]]) -> Any:
+    """shares: of holes along the axis, by the sensor's effects."""
     evidence = SimpleNamespace(
-        config=DepthConfig(), axes=[SimpleNamespace(name="range", kind=ERROR)],
+        config=DepthConfig(), axes=[SimpleNamespace(name=axis, kind=ERROR)], base=(),
         cells=lambda axis, of: of.reshape(*of.shape[:-1], CELLS, -1),
     )  # fmt: skip
-    runs = lambda effects, count: [counts(shares[effects])]  # noqa: E731
-    validator = SimpleNamespace(evidence=evidence, real=counts(real), runs=runs)
-    return beneath.lies_beneath(cast("Any", validator), "range", cast("Any", "before"), cast("Any", "after"))
+    return SimpleNamespace(evidence=evidence, real=counts(real), runs=lambda effects, count: [counts(shares(effects))])
+
+
+def said(real: NDArray[np.float64], base: float, fitted: NDArray[np.float64]) -> bool:
+    shares = {"before": np.full(CELLS, base), "after": base + fitted}
+    validator = validator_of("range", real, shares.__getitem__)
+    return beneath.lies_beneath(validator, "range", cast("Any", "before"), cast("Any", "after"))
 
 
 def ramp(start: float, rate: float) -> NDArray[np.float64]:
@@ -61,13 +66,8 @@ def test_holes_anywhere_lie_where_others_begin_too(level: float, there: float, n
     grown = ramp(2.5, 0.1)
     real = grown + level * np.where(RANGE < 1.5, there, 1.0)
     shares = [np.zeros(CELLS), grown, grown + level]  # by how many effects there are
-    evidence = SimpleNamespace(
-        config=DepthConfig(), axes=[SimpleNamespace(name="range", kind=ERROR)], base=(),
-        cells=lambda axis, of: of.reshape(*of.shape[:-1], CELLS, -1),
-    )  # fmt: skip
-    runs = lambda effects, count: [counts(shares[len(effects)])]  # noqa: E731
-    validator = cast("Any", SimpleNamespace(evidence=evidence, real=counts(real), runs=runs))
-    least = evidence.config.agreement.where_others_begin
+    validator = validator_of("range", real, lambda effects: shares[len(effects)])
+    least = validator.evidence.config.agreement.where_others_begin
     said = itself.lies_elsewhere(validator, type(anywhere), (growing,), (growing, anywhere))
     if abs(there - least) > 0.01:
         assert (said is not None) == (there < least)
@@ -81,13 +81,8 @@ def test_holes_on_all_materials_are_there_on_those_that_another_cause_spares(lev
     its = np.arange(CELLS) < 5
     real = 0.05 * its + level * np.where(its, 1.0, there)
     shares = [np.zeros(CELLS), 0.05 * its, 0.05 * its + level]  # by how many effects there are
-    evidence = SimpleNamespace(
-        config=DepthConfig(), axes=[SimpleNamespace(name="material", kind=ERROR)], base=(),
-        cells=lambda axis, of: of.reshape(*of.shape[:-1], CELLS, -1),
-    )  # fmt: skip
-    runs = lambda effects, count: [counts(shares[len(effects)])]  # noqa: E731
-    validator = cast("Any", SimpleNamespace(evidence=evidence, real=counts(real), runs=runs))
-    least = evidence.config.agreement.where_others_begin
+    validator = validator_of("material", real, lambda effects: shares[len(effects)])
+    least = validator.evidence.config.agreement.where_others_begin
     said = itself.is_of_its_materials(validator, type(anywhere), (of_one,), (of_one, anywhere))
     if abs(there - least) > 0.01:
         assert (said is not None) == (there < least)
@@ -100,12 +95,7 @@ def test_the_nearest_and_the_farthest_lie_apart(near: float, far: float, share: 
     nearest, farthest = np.where(near > RANGE, share, 0.0), np.where(far < RANGE, 0.5, 0.0)
     shares = {"before": np.full(CELLS, 0.0), "near": nearest, "both": nearest + farthest}
     shares |= {"far": farthest, "farther": np.where((far + 4) / 2 < RANGE, 0.9, farthest)}
-    evidence = SimpleNamespace(
-        config=DepthConfig(), axes=[SimpleNamespace(name="range", kind=ERROR)],
-        cells=lambda axis, of: of.reshape(*of.shape[:-1], CELLS, -1),
-    )  # fmt: skip
-    runs = lambda effects, count: [counts(shares[effects])]  # noqa: E731
-    validator = cast("Any", SimpleNamespace(evidence=evidence, real=counts(shares["both"]), runs=runs))
+    validator = validator_of("range", shares["both"], shares.__getitem__)
     apart = lambda *effects: holes_lie_apart(validator, "range", *(cast("Any", one) for one in effects))  # noqa: E731
     assert apart("before", "near", "both")
     assert not apart("before", "far", "farther")

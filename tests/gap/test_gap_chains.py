@@ -347,17 +347,15 @@ def test_of_holes_anywhere_one_with_more_parameters_is_no_rival_that_closes_no_m
     theirs: float, enough: bool
 ) -> None:
     """1 % more holes everywhere beside a filter and edges, which holes along the range, that begin at once, are too."""
-    search = FakeSearch(filter_fill_rate_range_dropout=0.0044)
+    search = FakeSearch(fill_rate_range_dropout=0.0044)
     search.acts = lambda of: True
     search.makes_steps, search.is_flexible = (lambda of: False), (lambda one: False)
     search.left_along = lambda of: None
-    begun = chain(0.007, "filter")
+    begun = chain(0.007, "spatial_filter")
     begun.score = SimpleNamespace(above=0.007, floor=0.0)
-    begun.model = model("spatial_filter")
     free = tuple(Free(name, 0, 1, log=False, step=0.1) for name in ("start", "rate"))
     of = [Candidate(name, free[:count], {}, ((),)) for name, count in (("fill_rate", 1), ("range_dropout", 2))]
     trials = [Trial(Model((one,), np.zeros(len(one.free))), gap) for one, gap in zip(of, (0.0045, theirs), strict=True)]
-    search.gaps |= {"fill_rate_range_dropout": 0.0044}
     assert grow._closes_enough(cast("Search", search), begun, trials[0], trials) == enough
 
 

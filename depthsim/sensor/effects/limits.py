@@ -11,7 +11,7 @@ from depthsim.sensor.frame import Frame
 
 _ZERO = np.float32(0)
 _SOFTEST = 0.3
-"""[m]"""
+"""[m] From this scale on a limit is holes that grow with the range."""
 
 
 @kernel

@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from isal import isal_zlib
 from numpy.typing import NDArray
 
 from depthsim.draws import Seed
@@ -171,10 +170,10 @@ class Evidence(Recording):
         with self._lock:
             packed = self._totals.pop(key, None)
         if packed is not None:
-            total = np.frombuffer(isal_zlib.decompress(packed), np.uint32)
+            total = counting.unpack(packed)
         else:
             total = self._total(ordered, blocks, seed)
-            packed = isal_zlib.compress(total, 0)
+            packed = counting.pack(total)
         with self._lock:
             self._totals[key] = packed
             if len(self._totals) > _REMEMBERED:

@@ -134,7 +134,7 @@ def lies_elsewhere(validator: Validator, effect: type[Effect], before: Effects, 
     limit = validator.evidence.config.agreement
     if effect.kinds != ("missing",):
         return None
-    for cause in (one for one in before if one not in validator.evidence.base and one.kinds[0] == "missing"):
+    for cause in _causes_of_holes(validator, before):
         cuts = known_by(validator, type(cause))
         if not cuts or cause.axes[0] not in GROWING or cause.axes[0] in effect.axes:
             continue
@@ -149,6 +149,11 @@ def lies_elsewhere(validator: Validator, effect: type[Effect], before: Effects, 
     return None
 
 
+def _causes_of_holes(validator: Validator, before: Effects) -> list[Effect]:
+    """The causes so far that mainly lose pixels."""
+    return [one for one in before if one not in validator.evidence.base and one.kinds[0] == "missing"]
+
+
 def is_of_its_materials(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
     """Whether holes that an effect makes on all materials are hardly there on those where another cause makes none.
 
@@ -157,13 +162,14 @@ def is_of_its_materials(validator: Validator, effect: type[Effect], before: Effe
     limit, cuts = validator.evidence.config.agreement, cuts_along(validator, "material")
     if effect.kinds != ("missing",) or "material" in effect.axes or not cuts:
         return None
+    causes = [one for one in _causes_of_holes(validator, before) if "material" in one.axes]
+    if not causes:
+        return None
     number, pixels = cuts[0], pixels_along(validator, cuts[0], validator.real)
-    for cause in (one for one in before if one not in validator.evidence.base and one.kinds == ("missing",)):
-        if "material" not in cause.axes:
-            continue
+    made, more = holes_made(validator, number, before, after), more_holes(validator, number, before)
+    for cause in causes:
         theirs = holes_made(validator, number, [one for one in before if one is not cause], before)
         spared = np.flatnonzero((theirs <= limit.begins * theirs.max(initial=0.0)) & (pixels >= ENOUGH))
-        made, more = holes_made(validator, number, before, after), more_holes(validator, number, before)
         there, alike = (mean_over(spared, pixels, one) for one in (more, made))
         if alike > limit.begins * made.max(initial=0.0) and there < limit.where_others_begin * alike:
             return f"loses {alike:.1%} of the pixels of materials that {cause.id} spares, the recording {there:.1%}"

@@ -7,11 +7,11 @@ from itertools import combinations
 from typing import Any, TypeVar
 
 import numpy as np
-from isal import isal_zlib
 from numpy.typing import NDArray
 
 from depthsim.draws import Seed
 from depthsim.gap.config import DepthSignificance
+from depthsim.gap.depth.data.counting import pack, unpack
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.data.simulate import judging
@@ -77,7 +77,7 @@ class Validator:
         with self._lock:
             known, packed = self._runs.get(key, []), self._packed.get(key, [])
         shape = (len(self.blocks), self.evidence.size)
-        known = known or [np.frombuffer(isal_zlib.decompress(run), np.uint32).reshape(shape) for run in packed]
+        known = known or [unpack(run).reshape(shape) for run in packed]
         seeds = [judging(run) for run in range(len(known), count)]
         # A list of its own, as another thread may be at the same sensor.
         known = [*known, *self.evidence.simulate_runs(effects, self.blocks, seeds)]
@@ -87,7 +87,7 @@ class Validator:
             self._packed.pop(key, None)
             while sum(run.nbytes for runs in self._runs.values() for run in runs) > _KEPT and len(self._runs) > 1:
                 oldest = next(iter(self._runs))
-                self._packed[oldest] = [isal_zlib.compress(run, 0) for run in self._runs.pop(oldest)]
+                self._packed[oldest] = [*map(pack, self._runs.pop(oldest))]
             while sum(len(run) for runs in self._packed.values() for run in runs) > _KEPT:
                 del self._packed[next(iter(self._packed))]
         return known[:count]
