@@ -516,6 +516,19 @@ def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:
     assert rules.goes_together(asked("fixed_pattern", none, together, none)) is None
 
 
+@given(st.floats(0.2, 1), st.floats(0, 1))
+def test_holes_beside_a_cause_whose_own_go_together(theirs: float, left: float) -> None:
+    """By another formula than the recording's, a shadow leaves some of how holes go together."""
+    shadow = effect_class("stereo_shadow")()
+    does = changes(HOLES, 0.1, [0, 0, 0])
+    one = asked("fill_rate", does, replace(does, lost_together=left), does, before=(shadow,))
+    makes = replace(does, lost_together=theirs)
+    evidence = one.validator.evidence
+    validator = SimpleNamespace(evidence=evidence, once=lambda work, before, after: makes if shadow in after else None)
+    refused = rules.goes_together(replace(one, validator=cast("Validator", validator))) is not None
+    assert refused == (left > max(one.limit.left_along * theirs, one.limit.together * does.whole[ALL]))
+
+
 @given(arrays(np.float64, (3, 35), elements=st.floats(0, 1e4)))
 def test_tails_are_shares_and_alike_of_whatis_alike(counts: NDArray[np.float64]) -> None:
     counts = np.round(counts)

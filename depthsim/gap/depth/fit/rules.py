@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.fit.asked import WORDS, Asked
-from depthsim.gap.depth.fit.changes import ALL, KINDS, cost, worth_of
+from depthsim.gap.depth.fit.changes import ALL, KINDS, cost, done_by, worth_of
 from depthsim.gap.depth.fit.itself import known_by
 from depthsim.sensor.parameter import learned_of
 
@@ -394,6 +394,14 @@ def goes_together(asked: Asked) -> str | None:
     kind, does, limit = asked.effect.kinds[0], asked.does.whole, asked.limit
     together = asked.left.lost_together if kind == "missing" else asked.left.together
     most = limit.outliers_together * does[KINDS.index(kind)] if kind == "tail" else limit.together * does[ALL]
-    if kind == "missing" and asked.does.lost_together > most:
-        return None
+    if kind == "missing":
+        if asked.does.lost_together > most:
+            return None
+        most = max(most, limit.left_along * _made_together(asked))
     return INDEPENDENT if asked.alone and together > most else None
+
+
+def _made_together(asked: Asked) -> float:
+    """How much any other cause makes holes go together."""
+    without = ([one for one in asked.before if one is not cause] for cause in asked.named if "missing" in cause.kinds)
+    return max((asked.validator.once(done_by, less, asked.before).lost_together for less in without), default=0.0)
