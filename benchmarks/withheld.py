@@ -64,6 +64,7 @@ def run(
     out: Annotated[Path, typer.Option(help="The folder of the results.")],
     tier: Annotated[list[str] | None, typer.Option(help=f"Some of {', '.join(TIERS)}; all if none is given.")] = None,
     cases: Annotated[int, typer.Option(min=1, help="How many of each tier.")] = 93,
+    skip: Annotated[int, typer.Option(min=0, help="Of each tier, first: a seed changes no case's effects.")] = 0,
     effect: Annotated[list[str] | None, typer.Option(help="Only cases with one of these.")] = None,
     strength: Annotated[list[str] | None, typer.Option(help="Only cases of these strengths.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Cases side by side.")] = 1,
@@ -85,8 +86,8 @@ def run(
     wanted: list[Wanted] = []
     for name in tier or list(TIERS):
         if name != "f":
-            fits = (w for w in itertools.islice(planned(name), 200 * cases) if _fits(w, effect, strength))
-            some = itertools.islice(fits, min(cases, _LIMITED.get(name, cases)))
+            fits = (w for w in itertools.islice(planned(name), 200 * (skip + cases)) if _fits(w, effect, strength))
+            some = itertools.islice(fits, skip, skip + min(cases, _LIMITED.get(name, cases)))
             wanted += (_as_asked(w, frames, size, seed) for w in some)
     with Progress(console=console) as progress:
         task = progress.add_task("cases", total=len(wanted))
