@@ -14,7 +14,7 @@ from depthsim.gap.depth.fit import in_one as module
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.fitting import Trial
-from depthsim.gap.depth.fit.in_one import biases_in_one, law_in_place, noises_in_one
+from depthsim.gap.depth.fit.in_one import biases_in_one, law_in_place, noises_in_one, smoothed_in_one
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.validate import Validator
@@ -111,3 +111,26 @@ def test_a_law_that_was_added_to_the_simulators_takes_its_place(replaced: bool, 
         assert bool(law_in_place(search, begun).newest.replaces) == replaced
     sigma = law_in_place(search, found[not replaced]).model.parameters(0)["sigma"]
     assert sigma == pytest.approx(0.06, rel=0.1)
+
+
+@pytest.mark.parametrize("smoothed", [True, False])
+def test_a_filter_takes_the_place_of_little_noise_that_goes_together(smoothed: bool, tmp_path: Path) -> None:
+    """Where there is one, and not where a law of little noise is the sensor's own and goes together."""
+    scene, camera, paper = load_scene("office"), preset("d435", 160, 90), load_profile("paper")
+    law, pairs, smooth = map(effect_class, ("disparity_noise", "spatial_correlation", "spatial_filter"))
+    others = [one for one in paper.effects if not one.law]
+    effects = (*paper.effects, smooth(iterations=1)) if smoothed else (*others, law(sigma=0.05), pairs(x=0.8, y=0.8))
+    sensor = paper.model_copy(update={"effects": tuple(effects)})
+    generate(scene, load_trajectory("tour", scene, 10.0, 18), camera, sensor, tmp_path / "run", seed=3, threads=1)
+    evidence, _ = load_evidence(tmp_path / "run", scene, "paper", threads=1)
+    ids = (law.id, pairs.id, smooth.id)
+    bank = [one for one in candidates(evidence.base, setting_of(evidence)) if one.effect in ids]
+    search = Search(evidence, Validator(evidence, evidence.held_out), bank, evidence.base, lambda _: None)
+    found = Model((), np.empty(0))
+    for way in (next(one for one in bank if one.replaces), next(one for one in bank if one.effect == pairs.id)):
+        found = search.fit(found.plus(search.begin(way, found.build(evidence.base))), 4)
+    both = search.validated(found)
+    other = smoothed_in_one(search, both)
+    assert (other is both) != smoothed
+    if smoothed:
+        assert [part.effect for part in other.model.parts] == [smooth.id] and other.gap < both.gap

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from depthsim.gap.config import DepthConfig
+from depthsim.gap.depth import diagnose
+from depthsim.gap.depth.compared import Compared
 from depthsim.gap.depth.data.load import load_evidence
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit import withdraw
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.fitting import Trial
+from depthsim.gap.depth.fit.free import Free
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Score, Validator
@@ -22,6 +25,7 @@ from depthsim.materials import load_materials
 from depthsim.presets import preset
 from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
+from depthsim.sensor.effect import effect_class
 from depthsim.sensor.effects.calibration import BaselineScale
 from depthsim.sensor.effects.material_noise import MaterialNoise
 
@@ -330,3 +334,74 @@ def test_frames_that_were_not_seen_support_a_cause(
     )
     found = withdraw.unsupported(*[cast("Validator", validator)] * 2, selection("motion_noise"))
     assert bool(found.model.parts) == stays
+
+
+@pytest.mark.parametrize(
+    ("effect", "intervals", "stays"),
+    [
+        ("baseline_scale", {"scale": [0.9999, 1.0007]}, False),
+        ("baseline_scale", {"scale": [1.0001, 1.0007]}, True),
+        ("extrinsic_rotation", {"x": [-0.1, 0.1], "y": [-0.1, 0.2], "z": [-0.3, 0.1]}, False),
+        ("extrinsic_rotation", {"x": [-0.1, 0.1], "y": [0.1, 0.2], "z": [-0.3, 0.1]}, True),
+        ("thermal_drift", {"drift": [-0.1, 0.1], "time_constant": [1.0, 2.0]}, False),
+        ("disparity_noise", {}, True),  # nothing is known of its size
+    ],
+)
+@pytest.mark.parametrize("in_base", [False, True])
+def test_what_may_be_nothing_is_no_cause(
+    monkeypatch: pytest.MonkeyPatch, effect: str, intervals: dict[str, list[float]], stays: bool, in_base: bool
+) -> None:
+    """But for what the simulator has: to do nothing is a finding then."""
+    base = (effect_class(effect)(),) if in_base else ()
+    evidence = SimpleNamespace(config=DepthConfig(), base=base)
+    validator = cast("Validator", SimpleNamespace(evidence=evidence, ruler=None, quick=lambda _: 1.0))
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(withdraw, "parameter_intervals", lambda *_: [{"k1": [0.1, 0.2]}, intervals])
+    monkeypatch.setattr(withdraw, "_shows_for_sure", lambda *_: False)
+    found = withdraw.as_nothing(validator, validator, selection("lens_distortion", effect))
+    kept = ["lens_distortion", effect] if stays or in_base else ["lens_distortion"]
+    assert [part.effect for part in found.model.parts] == kept
+    assert stays or in_base or "nothing" in found.nearest[0].why_not
+
+
+def test_what_is_withdrawn_leaves_the_slopes_of_the_others() -> None:
+    free = Free("scale", 0.8, 1.25, False, 0.005)
+    parts = tuple(Candidate(one, (free,) * k, {}, ((1.0,) * k,)) for one, k in (("a", 1), ("b", 2), ("c", 1)))
+    model = Model(parts, np.arange(4.0), jacobian=np.arange(12.0).reshape(3, 4))
+    less = model.less(1)
+    assert [part.effect for part in less.parts] == ["a", "c"] and less.x.tolist() == [0, 3]
+    assert less.jacobian is not None and less.jacobian.tolist() == [[0, 3], [4, 7], [8, 11]]
+    assert model.less(0).less(0).less(0).parts == () and replace(model, jacobian=None).less(0).jacobian is None
+
+
+@pytest.mark.parametrize(
+    ("leader", "first", "another"),
+    [
+        ("thermal_drift", cut("time x range", "bias"), True),
+        ("thermal_drift", cut("time x range", "spread"), False),
+        ("thermal_drift", cut("range", "bias"), False),  # it acts along that, and is not known by it
+        ("temporal_filter", cut("time x range", "bias"), False),  # it is what acts elsewhere
+    ],
+)
+@pytest.mark.parametrize("next_one", ["", "lens_distortion"])
+def test_causes_are_looked_for_once_more_without_what_acts_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, leader: str, first: Cut, another: bool, next_one: str
+) -> None:
+    """If another effect is known by the axis on which the gap lies first; what is named then stays."""
+    steps = (tuple(Trial(selection(one).model, 0.1) for one in ("temporal_filter", leader)),)
+    looks: list[tuple[str, ...]] = []
+
+    def explain(compared: Any, without: tuple[str, ...], say: Any) -> tuple[Any, Selection, bool]:
+        looks.append(without)
+        names = [next_one] if "temporal_filter" in without and next_one else ["temporal_filter"] * (not looks[1:])
+        return compared, replace(selection(*names), looked_at=steps), False
+
+    def acting(found: tuple[Any, Selection, bool], where: Any) -> tuple[Any, Selection, bool]:
+        kept = [part.effect for part in found[1].model.parts if part.effect != "temporal_filter"]
+        return found[0], selection(*kept), found[2]
+
+    monkeypatch.setattr(diagnose, "explain", explain)
+    monkeypatch.setattr(diagnose, "_acting", acting)
+    found = diagnose._explained(cast("Compared", None), [first], ("fill_rate",), lambda _: None)[1]
+    assert looks == [("fill_rate",), ("fill_rate", "temporal_filter")][: 1 + another]
+    assert [part.effect for part in found.model.parts] == [next_one] * bool(another and next_one)

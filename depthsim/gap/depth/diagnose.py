@@ -29,7 +29,7 @@ from depthsim.gap.depth.tasks.measure import tasks_of
 from depthsim.gap.depth.tasks.odometry import Odometry
 from depthsim.gap.depth.where.localize import Place, cuts_of, locate
 from depthsim.gap.depth.where.residual import unexplained_by
-from depthsim.gap.diagnosis import Diagnosis, Unexplained
+from depthsim.gap.diagnosis import Cut, Diagnosis, Unexplained
 from depthsim.gap.report.folder import check_report_folder
 from depthsim.gap.selection import verdict_of
 from depthsim.materials import Materials
@@ -164,7 +164,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
 
     if PoseNoise.id not in without:
         compared = compared.registered(without, say)
-    compared, selection, poses_are_cause = explain(compared, without, say)
+    compared, selection, poses_are_cause = _explained(compared, where, without, say)
     before, evidence = compared.before, compared.evidence
 
     named = bool(selection.model.parts) or poses_are_cause
@@ -173,15 +173,7 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
         return _no_gap(compared, profile, *remarks)
     if not named and before.above < config.significance.faint * before.floor:
         return _no_gap(compared, profile, *remarks, _FAINTLY)
-
     after, gap = how_far(compared, selection)
-    if selection.model.parts and not poses_are_cause and not evidence.stands_still:
-        kept = withdraw.acting_elsewhere(compared.reported, selection, before, gap.closed_fraction, where)
-        if kept.model.parts and gap.ci95[0] <= 0:
-            kept = withdraw.unsure(compared.reported, kept, before)
-        if kept is not selection:
-            selection, named = kept, bool(kept.model.parts)
-            after, gap = how_far(compared, selection)
 
     say("locating what is left")
     places_after, unexplained = _left(compared.reported, selection, places, after, gap.closed_fraction, named)
@@ -201,6 +193,35 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
         diagnosis, compared.drawn.evidence, compared.drawn, profile, fixed_profile(profile, fixed), before, after,
         selection, places, places_after,
     )  # fmt: skip
+
+
+def _explained(
+    compared: Compared, where: Sequence[Cut], without: Sequence[str], say: Say
+) -> tuple[Compared, Selection, bool]:
+    """As :func:`explain`, without what does not act where the gap lies.
+
+    Where that is all of it, and another effect is known by the axis on which the gap lies first, once more without it.
+    """
+    found = explain(compared, without, say)
+    kept = _acting(found, where)
+    refused = [part.effect for part in found[1].model.parts]
+    if kept[1].model.parts or found[2] or not withdraw.is_for_another(found[1], where):
+        return kept
+    say(f"looking for causes once more, without {' and '.join(refused)}")
+    again = _acting(explain(compared, (*without, *refused), say), where)
+    return again if again[1].model.parts else kept
+
+
+def _acting(found: tuple[Compared, Selection, bool], where: Sequence[Cut]) -> tuple[Compared, Selection, bool]:
+    """Without what does not act where the gap lies, or on some frames only."""
+    compared, selection, poses_are_cause = found
+    if not selection.model.parts or poses_are_cause or compared.evidence.stands_still:
+        return found
+    gap = how_far(compared, selection)[1]
+    kept = withdraw.acting_elsewhere(compared.reported, selection, compared.before, gap.closed_fraction, where)
+    if kept.model.parts and gap.ci95[0] <= 0:
+        kept = withdraw.unsure(compared.reported, kept, compared.before)
+    return compared, kept, poses_are_cause
 
 
 def _never(given: Evidence) -> Iterator[str]:

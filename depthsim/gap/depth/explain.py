@@ -76,6 +76,7 @@ def _kept(compared: Compared, selection: Selection, say: Say) -> tuple[Selection
     selection = withdraw.cancelling(selecting, selection)
     selection = withdraw.left_by_biases(selecting, selection)
     selection = with_fine_pattern(selecting, selection, say)
+    selection = withdraw.as_nothing(reported, selecting, selection)
     if poses is None:
         return selection, False
     is_cause = not poses.are_as_held and matter(compared.recorded, reported, selection)

@@ -3,16 +3,18 @@
 A pattern with all that the biases beside it explain, such as an offset of the disparities for a pattern whose mean is
 not 0, or a turned mount for one that is a ramp. A noise in another form, beside which another noise was for what the
 one form leaves, such as that of each material for one that grows to the corners in proportion to what is there. Or a
-law of the noise in place of the simulator's own, to which it was added before the other causes were there.
+law of the noise in place of the simulator's own, to which it was added before the other causes were there. A filter,
+for less noise that goes together.
 """
 
-from itertools import permutations
+from itertools import permutations, product
 
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.ties import surely_worse
+from depthsim.gap.depth.fit.traits import is_filter
 from depthsim.gap.selection import is_tie
 
 
@@ -70,6 +72,29 @@ def noises_in_one(search: Search, found: Trial) -> Trial:
         return found
     gone = {part.effect for part in model.parts} - {part.effect for part in best.model.parts}
     search.say(f"{best.newest.effect} in another form, without {' and '.join(gone)}")
+    return best
+
+
+def smoothed_in_one(search: Search, found: Trial) -> Trial:
+    """What is found, or a filter in place of a noise and of what makes noise go together, where hardly more is left.
+
+    A filter makes noise less and neighbours alike; a law of little noise in the simulator's place comes near to the
+    first, and hides the filter from there on.
+    """
+    model, kinds = found.model, [one.kinds[0] for one in found.model.effects]
+    there = {part.effect for part in model.parts}
+    filters = [one for one in search.bank if is_filter(one.effect) and not one.in_place and one.effect not in there]
+    laws = [k for k, kind in enumerate(kinds) if kind == "spread" and model.parts[k].replaces]
+    pairs = [k for k, kind in enumerate(kinds) if kind == "correlation"]
+    others = [model.less(max(k, n)).less(min(k, n)) for k, n in product(laws, pairs)]
+    trials = search.evidence.side_by_side(lambda one: _with(search, *one, 4), [*product(others, filters)])
+    enough = found.gap + search.config.significance.faint * search.floor
+    near = sorted((trial for trial in trials if trial.gap < enough), key=lambda trial: trial.gap)
+    acts = (one for one in near if search.disagreement(one.model, len(one.model.parts) - 1, alone=True) is None)
+    best = next(acts, None)
+    if best is None:
+        return found
+    search.say(f"{best.newest.effect} in place of {' and '.join(there - {one.effect for one in best.model.parts})}")
     return best
 
 

@@ -77,10 +77,10 @@ class Model:
         return Model(other.parts, np.concatenate([xs[repr(part)] for part in other.parts]), self.loss)
 
     def less(self, number: int) -> "Model":
-        """Without one candidate."""
-        kept = [k for k in range(len(self.parts)) if k != number]
-        xs = self.split(self.x)
-        return Model(tuple(self.parts[k] for k in kept), np.concatenate([xs[k] for k in kept] or [np.empty(0)]))
+        """Without one candidate; the slopes of the others stay, as far as they are known."""
+        others = np.repeat(np.arange(len(self.parts)), [len(part.free) for part in self.parts]) != number
+        slopes = None if self.jacobian is None else self.jacobian[:, others]
+        return Model((*self.parts[:number], *self.parts[number + 1 :]), self.x[others], jacobian=slopes)
 
 
 def loss(target: Floats, found: Floats) -> float:

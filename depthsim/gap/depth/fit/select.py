@@ -18,7 +18,7 @@ from depthsim.gap.depth.fit.confirm import confirmed
 from depthsim.gap.depth.fit.finer import with_pattern_beside_biases
 from depthsim.gap.depth.fit.fitting import Fitting, Say, Trial
 from depthsim.gap.depth.fit.grow import grow
-from depthsim.gap.depth.fit.in_one import biases_in_one, noises_in_one
+from depthsim.gap.depth.fit.in_one import biases_in_one, noises_in_one, smoothed_in_one
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import GONE, Search
@@ -58,7 +58,8 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
         chain = _better(search, chain, _chain(search, score, other, chain.named))
     if chain.model is None:
         return Selection(Model((), np.empty(0)), {}, chain.nearest, tuple(chain.looked), chain.is_unfinished)
-    found = biases_in_one(search, noises_in_one(search, Trial(chain.model, chain.gap)))
+    found = smoothed_in_one(search, noises_in_one(search, Trial(chain.model, chain.gap)))
+    found = biases_in_one(search, found)
     chain.model = beneath(search, found).model
     say("refining the parameters")
     model = search.refined(chain.model)

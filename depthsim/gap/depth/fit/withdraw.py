@@ -11,7 +11,8 @@ from depthsim.gap.depth.data.evidence import biases_of
 from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.fit.agreement import is_uniform, left_along, left_of_change
 from depthsim.gap.depth.fit.asked import WORDS
-from depthsim.gap.depth.fit.changes import KINDS, against
+from depthsim.gap.depth.fit.changes import KINDS, against, has_effect
+from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.marks import only_its_own
 from depthsim.gap.depth.fit.rules import PLACES
 from depthsim.gap.depth.fit.select import Selection
@@ -21,7 +22,7 @@ from depthsim.gap.diagnosis import Cut, Nearest
 from depthsim.gap.selection import Refused, closes_enough_alone
 from depthsim.sensor.effect import Effect, effect_class
 from depthsim.sensor.effects.extrinsics import ExtrinsicRotation, ExtrinsicTranslation, TimeOffset
-from depthsim.sensor.parameter import learned_of
+from depthsim.sensor.parameter import learned_of, parameters_of
 
 _LINES = {"image_column", "image_row"}
 _NEIGHBOURS = {"pixel_neighbours", "frame_neighbours"}
@@ -121,6 +122,26 @@ def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
     return selection
 
 
+def as_nothing(validator: Validator, selecting: Validator, selection: Selection) -> Selection:
+    """Without the causes that the simulator has not, and that may do nothing, by the intervals of their parameters.
+
+    A scale that is off by 0.04 %, give or take as much: it stood for what another cause did before all were there.
+    """
+    evidence, model = validator.evidence, selection.model
+    intervals = parameter_intervals(evidence, validator.ruler, evidence.base, model)
+    for number, (kind, own) in reversed([*enumerate(zip(model.effects, intervals, strict=True))]):
+        neutral = {name: one.neutral for name, one in parameters_of(kind).items() if one.neutral is not None}
+        strengths = [(own[name], neutral[name]) for name in own.keys() & neutral.keys()]
+        if (
+            strengths
+            and all(low <= nothing <= high for (low, high), nothing in strengths)
+            and not has_effect(evidence.base, kind.id)
+            and not _shows_for_sure(selecting, selection, number)
+        ):
+            selection = _less(selecting, selection, number, "may as well do nothing, as far as its size is known")
+    return selection
+
+
 def cancelling(selecting: Validator, selection: Selection) -> Selection:
     """Without two biases, or two noises, that do nothing but cancel, if they leave some of the gap of that kind.
 
@@ -214,6 +235,15 @@ def acting_elsewhere(
             return selection
     why = f"does not act along {first.axis.replace('_', ' ')}, on which the gap lies first"
     return _refused(validator, selection, before, shares, why)
+
+
+def is_for_another(selection: Selection, where: Sequence[Cut]) -> bool:
+    """Whether the gap lies first along an axis by which another of the effects that came first is known."""
+    first = _first(where, selection)
+    causes = {part.effect for part in selection.model.parts}
+    others = (trial.newest.effect for step in selection.looked_at[:1] for trial in step)
+    known = (effect_class(name) for name in others if name not in causes)
+    return first is not None and any(first.what in one.kinds and first.names & {*one.axes[:1]} for one in known)
 
 
 def little(selecting: Validator, selection: Selection) -> Selection:
