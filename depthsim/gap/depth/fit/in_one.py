@@ -16,6 +16,7 @@ from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.ties import surely_worse
 from depthsim.gap.depth.fit.traits import is_filter
 from depthsim.gap.selection import is_tie
+from depthsim.sensor.effect import effect_class
 
 
 def biases_in_one(search: Search, found: Trial) -> Trial:
@@ -81,13 +82,17 @@ def smoothed_in_one(search: Search, found: Trial) -> Trial:
     A filter makes noise less and neighbours alike; a law of little noise in the simulator's place comes near to the
     first, and hides the filter from there on.
     """
-    model, kinds = found.model, [one.kinds[0] for one in found.model.effects]
+    model, effects = found.model, found.model.effects
     there = {part.effect for part in model.parts}
     filters = [one for one in search.bank if is_filter(one.effect) and not one.in_place and one.effect not in there]
-    laws = [k for k, kind in enumerate(kinds) if kind == "spread" and model.parts[k].replaces]
-    pairs = [k for k, kind in enumerate(kinds) if kind == "correlation"]
-    others = [model.less(max(k, n)).less(min(k, n)) for k, n in product(laws, pairs)]
-    trials = search.evidence.side_by_side(lambda one: _with(search, *one, 4), [*product(others, filters)])
+    laws = [k for k, one in enumerate(effects) if one.kinds[0] == "spread" and model.parts[k].replaces]
+    pairs = [k for k, one in enumerate(effects) if one.kinds == ("correlation",)]
+    ways = [
+        (model.less(max(law, pair)).less(min(law, pair)), one)
+        for law, pair, one in product(laws, pairs, filters)
+        if effect_class(one.effect).axes[:1] == effects[pair].axes[:1]
+    ]
+    trials = search.evidence.side_by_side(lambda way: _with(search, *way, 4), ways)
     enough = found.gap + search.config.significance.faint * search.floor
     near = sorted((trial for trial in trials if trial.gap < enough), key=lambda trial: trial.gap)
     acts = (one for one in near if search.disagreement(one.model, len(one.model.parts) - 1, alone=True) is None)
