@@ -165,7 +165,7 @@ def test_nothing_is_seen_behind_biases_that_are_no_causes_there(monkeypatch: pyt
     """A rolling shutter by another formula: from its own depth most of what is left is what the formula leaves."""
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     monkeypatch.setattr(select, "first_axes", lambda validator, effects: [])
-    monkeypatch.setattr(select, "Search", lambda *_: SimpleNamespace(config=DepthConfig()))
+    monkeypatch.setattr(select, "Search", lambda *_, **__: SimpleNamespace(config=DepthConfig()))
     monkeypatch.setattr(select, "Fitting", lambda *_: FakeSearch(rolling_shutter=0.3))
     left = SimpleNamespace(stands_out=lambda limit: True, gap=0.3, floor=0.1)
     evidence = SimpleNamespace(config=DepthConfig(), base=())
@@ -205,8 +205,8 @@ def test_a_noise_gives_its_place_to_another_behind_biases_where_no_new_one_is_lo
     monkeypatch.setattr(select, "first_axes", lambda validator, effects: [("bias", ("motion",))])
     searches: list[Any] = []
 
-    def begins(evidence: Any, validator: Any, bank: Any, before: Any, say: Any) -> Any:
-        searches.append(SimpleNamespace(config=DepthConfig(), bank=bank, refined=lambda of: of))
+    def begins(evidence: Any, validator: Any, bank: Any, before: Any, say: Any, **given: Any) -> Any:
+        searches.append(SimpleNamespace(bank=bank, refined=lambda of: of, **given))
         return searches[0]
 
     def again(search: Any, score: Score, begun: Chain) -> Chain:

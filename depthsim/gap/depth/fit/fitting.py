@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.fit.candidate import Candidate
@@ -33,16 +34,25 @@ class Trial:
 class Fitting:
     """Fits models. bank: what may be wrong; before: the simulator that causes are added to, with what is known.
 
-    replacing: what may take the place of a cause that is refused: the bank, unless more is given.
+    replacing: what may take the place of a cause that is refused, the bank unless it is given; config: the evidence's,
+    unless it is.
     """
 
     def __init__(
-        self, evidence: Evidence, validator: Validator, bank: Sequence[Candidate], before: Sequence[Effect], say: Say
+        self,
+        evidence: Evidence,
+        validator: Validator,
+        bank: Sequence[Candidate],
+        before: Sequence[Effect],
+        say: Say,
+        *,
+        replacing: Sequence[Candidate] | None = None,
+        config: DepthConfig | None = None,
     ) -> None:
         self.evidence, self.validator, self.bank, self.say = evidence, validator, list(bank), say
-        self.replacing = self.bank
+        self.replacing, self.config = self.bank if replacing is None else list(replacing), config or evidence.config
         score = validator.score(before)
-        self.before, self.floor, self.base, self.config = score.gap, score.floor, evidence.base, evidence.config
+        self.before, self.floor, self.base = score.gap, score.floor, evidence.base
         # A few runs are above or below the mean of all by chance, with common random numbers alike whatever the cause.
         self._chance = validator.quick(before, self.config.fit.runs) - self.before
         self._fitted_on = Validator(evidence, evidence.train)

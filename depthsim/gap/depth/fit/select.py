@@ -93,10 +93,10 @@ def select_more(validator: Validator, bank: Sequence[Candidate], found: Selectio
     if any(kind == "bias" for kind, _ in first_axes(validator, before)):
         theirs.add("spread")
     hidden = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] not in theirs]
-    search = Search(evidence, validator, hidden, before, say)
-    search.replacing = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] != "bias"]
-    strict = search.config.select.model_copy(update={"further": search.config.select.further_of_left})
-    search.config = search.config.model_copy(update={"select": strict})
+    noises = [candidate for candidate in bank if effect_class(candidate.effect).kinds[0] != "bias"]
+    strict = evidence.config.select.model_copy(update={"further": evidence.config.select.further_of_left})
+    config = evidence.config.model_copy(update={"select": strict})
+    search = Search(evidence, validator, hidden, before, say, replacing=noises, config=config)
     chain = _chain(search, left, Chain(strict, left, left.gap, model))
     # Noise and how it goes together are seen better here than beside the biases, whatever was named for them there.
     refused = chain.dropped | set(chain.refused)
