@@ -383,18 +383,23 @@ def test_what_is_withdrawn_leaves_the_slopes_of_the_others() -> None:
         ("temporal_filter", cut("time x range", "bias"), False),  # it is what acts elsewhere
     ],
 )
-@pytest.mark.parametrize("next_one", ["", "lens_distortion"])
+@pytest.mark.parametrize(("next_one", "given"), [("", False), ("lens_distortion", False), ("lens_distortion", True)])
 def test_causes_are_looked_for_once_more_without_what_acts_elsewhere(
-    monkeypatch: pytest.MonkeyPatch, leader: str, first: Cut, another: bool, next_one: str
+    monkeypatch: pytest.MonkeyPatch, leader: str, first: Cut, another: bool, next_one: str, given: bool
 ) -> None:
-    """If another effect is known by the axis on which the gap lies first; what is named then stays."""
+    """If another effect is known by the axis on which the gap lies first; what is named then stays.
+
+    given: whether the causes do as well on frames as they are, and the registered ones are gone.
+    """
+    another = another and not given
+    registered, as_they_are = SimpleNamespace(poses="off"), SimpleNamespace(poses=None)
     steps = (tuple(Trial(selection(one).model, 0.1) for one in ("temporal_filter", leader)),)
     looks: list[tuple[str, ...]] = []
 
     def explain(compared: Any, without: tuple[str, ...], say: Any) -> tuple[Any, Selection, bool]:
         looks.append(without)
         names = [next_one] if "temporal_filter" in without and next_one else ["temporal_filter"] * (not looks[1:])
-        return compared, replace(selection(*names), looked_at=steps), False
+        return as_they_are if given else compared, replace(selection(*names), looked_at=steps), False
 
     def acting(found: tuple[Any, Selection, bool], where: Any) -> tuple[Any, Selection, bool]:
         kept = [part.effect for part in found[1].model.parts if part.effect != "temporal_filter"]
@@ -402,6 +407,6 @@ def test_causes_are_looked_for_once_more_without_what_acts_elsewhere(
 
     monkeypatch.setattr(diagnose, "explain", explain)
     monkeypatch.setattr(diagnose, "_acting", acting)
-    found = diagnose._explained(cast("Compared", None), [first], ("fill_rate",), lambda _: None)[1]
+    found = diagnose._explained(cast("Compared", registered), [first], ("fill_rate",), lambda _: None)[1]
     assert looks == [("fill_rate",), ("fill_rate", "temporal_filter")][: 1 + another]
     assert [part.effect for part in found.model.parts] == [next_one] * bool(another and next_one)
