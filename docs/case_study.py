@@ -1,4 +1,4 @@
-"""Make docs/case_study.md and its pictures: `./run python docs/case_study.py [FOLDER]`, half an hour on two cores.
+"""Make docs/case_study.md and its pictures: `./run python docs/case_study.py [FOLDER]`, ten minutes on two cores.
 
 FOLDER keeps the reports, and what is there is not made again. The real recordings lie beside the checkout, in
 ../shared/data. The page's commands are those that are run here.
