@@ -757,6 +757,12 @@ def test_a_limit_that_is_soft_over_decimetres_is_none(softness: float, base: tup
     assert said is None or "softness" in said
 
 
+@pytest.mark.parametrize(("rate", "refused"), [(2.0, True), (1.0, False)])
+def test_holes_that_are_all_there_within_decimetres_are_a_limit(rate: float, refused: bool) -> None:
+    validator = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(base=())))
+    assert (itself.is_outgrown(validator, RangeDropout, [RangeDropout(rate=rate)]) is not None) == refused
+
+
 @pytest.mark.parametrize(("share", "refused"), [(1.0, True), (0.5, True), (0.4, False)])
 def test_tails_of_all_pixels_are_noise(share: float, refused: bool) -> None:
     validator = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(base=())))

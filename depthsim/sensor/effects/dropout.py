@@ -113,6 +113,7 @@ class RangeDropout(Effect):
     axes = ("range",)
     kinds = ("missing",)
     recording = "one material out to ranges where holes begin"
+    outgrown: ClassVar = {"rate": 1.5}  # where all are lost within decimetres is a limit of the range
 
     start: float = parameter(
         3.0,
