@@ -79,6 +79,31 @@ def test_a_cause_in_the_place_of_another_leaves_other_things(monkeypatch: pytest
     assert found.named == ("noise", "correlation")
 
 
+@pytest.mark.parametrize(
+    ("light", "anywhere", "flexible", "becomes"),
+    [
+        (0.200, 0.201, ("ambient_light",), "fill_rate"),
+        (0.200, 0.206, ("ambient_light",), "ambient_light"),  # more than next to nothing
+        (0.200, 0.201, (), "ambient_light"),
+        (0.200, 0.201, ("ambient_light", "fill_rate"), "ambient_light"),
+    ],
+)
+def test_what_has_few_parameters_takes_the_place_of_what_has_many(
+    monkeypatch: pytest.MonkeyPatch, light: float, anywhere: float, flexible: tuple[str, ...], becomes: str
+) -> None:
+    """Light whose holes are everywhere, as holes anywhere do as well."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(ties, "surely_worse", lambda *_: False)
+    search: Any = FakeSearch(ambient_light=light, fill_rate=anywhere)
+    search.floor, search.is_flexible = 0.03, lambda part: part.effect in flexible
+    search.disagreement = lambda of, number: None
+    search.shows_itself = lambda of, number: True
+    leaders = [Trial(model("ambient_light"), light), Trial(model("fill_rate"), anywhere)]
+    found, equals = ties.compare_rivals(search, leaders[0].model, light, [leaders], [1.0])
+    assert [part.effect for part in found.parts] == [becomes]
+    assert equals == ({} if becomes == "fill_rate" else {"ambient_light": ("fill_rate",)})
+
+
 @pytest.mark.parametrize(("known", "found"), [((), ("noise",)), (("noise", "pattern"), ())])
 def test_what_comes_back_to_causes_that_are_known_is_followed_no_farther(
     monkeypatch: pytest.MonkeyPatch, known: tuple[str, ...], found: tuple[str, ...]

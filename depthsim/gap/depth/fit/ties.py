@@ -23,8 +23,9 @@ def compare_rivals(
     """The model with the best of each cause's rivals, and the equals of each cause.
 
     What makes nothing of what it is known by, such as noise by motion that is the same all the time, takes no place.
-    An equal leaves hardly more than a cause does, or not surely, and at most twice as much, if that would be a gap if
-    it were alone.
+    What has few parameters takes that of what has many, such as holes anywhere that of light, if it leaves next to
+    nothing more. An equal leaves hardly more than a cause does, or not surely, and at most twice as much, if that would
+    be a gap if it were alone.
 
     looked, before: the leaders of each step, and the gap before it.
     """
@@ -52,7 +53,9 @@ def compare_rivals(
             if search.disagreement(other.model, _number(other.model, name)) is not None:
                 continue
             itself = search.shows_itself(other.model, _number(other.model, name))
-            if itself and other.gap < gap - limit.tied * search.whole:
+            plain = search.is_flexible(model.parts[_number(model, cause)]) and not search.is_flexible(rival.newest)
+            as_well = plain and more <= search.config.significance.faint * search.floor
+            if itself and (as_well or other.gap < gap - limit.tied * search.whole):
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
                 cause = name
