@@ -128,18 +128,26 @@ def as_nothing(validator: Validator, selecting: Validator, selection: Selection)
     A scale that is off by 0.04 %, give or take as much: it stood for what another cause did before all were there.
     """
     evidence, model = validator.evidence, selection.model
-    intervals = parameter_intervals(evidence, validator.ruler, evidence.base, model)
-    for number, (kind, own) in reversed([*enumerate(zip(model.effects, intervals, strict=True))]):
-        neutral = {name: one.neutral for name, one in parameters_of(kind).items() if one.neutral is not None}
-        strengths = [(own[name], neutral[name]) for name in own.keys() & neutral.keys()]
-        if (
-            strengths
-            and all(low <= nothing <= high for (low, high), nothing in strengths)
-            and not has_effect(evidence.base, kind.id)
-            and not _shows_for_sure(selecting, selection, number)
-        ):
+    asked = [number for number in range(len(model.parts)) if _may_be_nothing(selecting, selection, number)]
+    intervals = parameter_intervals(evidence, validator.ruler, evidence.base, model) if asked else []
+    for number in reversed(asked):
+        known, own = parameters_of(model.effects[number]), intervals[number]
+        strengths = [(own[name], known[name].neutral) for name in own.keys() & known.keys()]
+        strengths = [(ends, nothing) for ends, nothing in strengths if nothing is not None]
+        if strengths and all(low <= nothing <= high for (low, high), nothing in strengths):
             selection = _less(selecting, selection, number, "may as well do nothing, as far as its size is known")
     return selection
+
+
+def _may_be_nothing(selecting: Validator, selection: Selection, number: int) -> bool:
+    """Whether one cause is none of the simulator's, and has a strength that an interval may reach both sides of."""
+    kind = selection.model.effects[number]
+    signed = any(one.neutral is not None and one.scaled != "log" for one in parameters_of(kind).values())
+    return (
+        signed
+        and not has_effect(selecting.evidence.base, kind.id)
+        and not _shows_for_sure(selecting, selection, number)
+    )
 
 
 def cancelling(selecting: Validator, selection: Selection) -> Selection:
