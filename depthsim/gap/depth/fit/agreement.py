@@ -86,6 +86,16 @@ def left_along(validator: Validator, effect: type[Effect], before: Effects, afte
     return max(float(left.varies[k, first]), 0.0) / float(gap.varies[k, first])
 
 
+def is_theirs(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether errors of the kind that ``effect`` makes change more along an axis of another cause of that kind than
+    along the one that it is known by: then they are what that one's formula leaves."""
+    asked, k = _asked(validator, effect, before, after), KINDS.index(effect.kinds[0])
+    worth = worth_of(validator, asked.gap, k)[1]
+    own = np.array([effect.axes[0] in axis.names for axis in validator.evidence.axes])
+    theirs = np.array([bool(asked.others(number, k)) for number in range(len(own))]) & ~own
+    return float(worth[theirs].max(initial=-np.inf)) > float(worth[own].max(initial=-np.inf))
+
+
 def goes_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
     """Whether errors that ``effect`` makes one by one go together in the recording, see :func:`rules.goes_together`."""
     return rules.goes_together(replace(_asked(validator, effect, before, after), alone=True)) is not None

@@ -198,9 +198,12 @@ def _is_no_leftover(search: Search, chain: Chain, trial: Trial, by_material: boo
 def _is_of_one_material(search: Search, chain: Chain, trial: Trial) -> bool:
     """Whether an effect with a parameter for each material is one for one of them.
 
-    Materials that lie at other ranges show another formula of the range, but each of them some of it.
+    Materials that lie at other ranges show another formula of the range, but each of them some of it. One that lies at
+    a slant shows another formula of that alone, but less than the slant does.
     """
-    return search.closes_by_one_material(trial, chain.gap) and _leaves_little_of_its_own(search, chain, trial)
+    if search.is_theirs(trial.model) or not search.closes_by_one_material(trial, chain.gap):
+        return False
+    return _leaves_little_of_its_own(search, chain, trial)
 
 
 def _leaves_little_of_its_own(search: Search, chain: Chain, trial: Trial) -> bool:

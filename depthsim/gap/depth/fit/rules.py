@@ -7,6 +7,7 @@ from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.fit.asked import WORDS, Asked
 from depthsim.gap.depth.fit.changes import ALL, KINDS, cost, done_by, worth_of
 from depthsim.gap.depth.fit.itself import known_by
+from depthsim.gap.depth.fit.traits import is_filter
 from depthsim.sensor.parameter import learned_of
 
 PLACES = {"image_position", "image_row", "image_column", "surface"}
@@ -357,10 +358,11 @@ def smooths_elsewhere(asked: Asked) -> str | None:
     """Whether an effect that makes errors go together, and their spread less by that, leaves how that changes.
 
     What a filter smooths it smooths everywhere but near edges; another formula leaves much there. Where edges lie in
-    the picture is no other axis: a camera that hardly moves has them at one place.
+    the picture is no other axis: a camera that hardly moves has them at one place. Beside another filter, what is left
+    of how spreads change is by either's formula.
     """
     k, gap = KINDS.index("spread"), asked.gap
-    if KINDS[k] not in asked.effect.kinds:
+    if KINDS[k] not in asked.effect.kinds or any(is_filter(cause.id) for cause in asked.named):
         return None
     sure, worth = worth_of(asked.validator, gap, k)
     places = [bool(axis.names & PLACES) for axis in asked.validator.evidence.axes]

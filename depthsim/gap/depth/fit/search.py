@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from depthsim.gap.depth.fit.agreement import disagreement, goes_together, left_along, left_of_change
+from depthsim.gap.depth.fit.agreement import disagreement, goes_together, is_theirs, left_along, left_of_change
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.changes import first_axes, has_effect, holes_lie_apart, plain_axes
 from depthsim.gap.depth.fit.fitting import Trial
@@ -51,6 +51,11 @@ class Search(Screening):
     def goes_together(self, model: Model) -> bool:
         """Whether errors that the newest part of a model makes one by one go together in the recording."""
         return goes_together(self.validator, *self._newest(model))
+
+    def is_theirs(self, model: Model) -> bool:
+        """Whether the newest part of a model is for what another cause's formula leaves, see
+        :func:`agreement.is_theirs`."""
+        return is_theirs(self.validator, *self._newest(model))
 
     def left_along(self, model: Model) -> float | None:
         """What the newest part of a model leaves, see :func:`agreement.left_along`."""
