@@ -502,9 +502,57 @@ def test_a_filter_smooths_on_every_material(left: float) -> None:
     gap = changes(SPREAD, 0.03125, [0, 0.0625, 0])
     one = asked("spatial_filter", gap, changes(SPREAD, 0.0, [0, 0.0625 * left, 0]), gap)
     assert (rules.smooths_elsewhere(one) is None) == (left <= DepthConfig().agreement.left_along)
-    beside = replace(one, before=(effect_class("material_noise")(),))
-    assert rules.smooths_elsewhere(beside) is None
+    for other in ("material_noise", "temporal_filter"):  # beside another filter it is by either's formula
+        assert rules.smooths_elsewhere(replace(one, before=(effect_class(other)(),))) is None
     assert rules.smooths_elsewhere(replace(one, effect=effect_class("spatial_correlation"))) is None
+
+
+@pytest.mark.parametrize(("slant", "is_left"), [(0.06, True), (0.04, False)])
+@pytest.mark.parametrize(("other", "is_beside"), [("lateral_noise", True), ("heavy_tails", False)])
+def test_noise_of_a_material_is_not_for_what_another_noise_leaves_on_a_slant(
+    monkeypatch: pytest.MonkeyPatch, slant: float, is_left: bool, other: str, is_beside: bool
+) -> None:
+    gap = changes(SPREAD, 0.05, [0.0, 0.05, slant])
+    one = asked("material_noise", gap, gap, gap, (effect_class(other)(),))
+    across = SimpleNamespace(name="incidence", names={"incidence"}, kind=0, size=8, single=True)
+    one.validator.evidence.axes = [AXES[0], AXES[1], across]  # type: ignore[list-item]
+    monkeypatch.setattr(agreement, "_asked", lambda *_: one)
+    assert agreement.is_theirs(one.validator, one.effect, (), ()) == (is_left and is_beside)
+
+
+@pytest.mark.parametrize(
+    ("effect", "other", "left", "is_own"),
+    [
+        ("subpixel_bias", "rolling_shutter", 0.02, True), ("subpixel_bias", "rolling_shutter", 0.2, False),
+        ("subpixel_bias", "subpixel_bias", 0.02, False), ("lens_distortion", "rolling_shutter", 0.02, False),
+    ],
+)  # fmt: skip
+def test_a_bias_by_its_own_axis_is_not_for_what_another_bias_leaves(
+    monkeypatch: pytest.MonkeyPatch, effect: str, other: str, left: float, is_own: bool
+) -> None:
+    gap, after = changes(BIAS, 0.0, [0, 0.005, 0.002]), changes(BIAS, 0.0, [0, 0.005 * left, 0.002])
+    one = asked(effect, gap, after, gap, (effect_class(other)(),))
+    phase = SimpleNamespace(name="disparity_phase", names={"disparity_phase"}, kind=0, size=8, single=True)
+    one.validator.evidence.axes = [AXES[0], phase, AXES[2]]  # type: ignore[list-item]
+    monkeypatch.setattr(agreement, "_asked", lambda *_: one)
+    assert agreement.is_its_own(one.validator, one.effect, (), ()) == is_own
+
+
+@pytest.mark.parametrize(("other", "is_answered"), [("lateral_noise", False), ("rolling_shutter", True)])
+def test_a_bias_does_not_answer_for_noise_by_the_formula_of_another_cause(other: str, is_answered: bool) -> None:
+    """Pixels at edges make geometry answer for spreads, too."""
+    noise, bias = changes(SPREAD, 0.0, [0, 0.05, 0]), changes(BIAS, 0.02, [0, 0, 0])
+    gap = replace(noise, mean=noise.mean + bias.mean)
+    one = asked("intrinsics", gap, noise, bias, (effect_class(other)(),))
+    assert (agreement._of_all(replace(one, closes_well=False)) is not None) == is_answered
+
+
+@pytest.mark.parametrize(("does", "answers"), [(0.001, False), (0.04, True)])
+def test_a_pattern_does_not_answer_for_noise_that_it_hardly_changes(does: float, answers: bool) -> None:
+    """What it changes in the mean over all pixels is the spread of the pattern itself."""
+    gap = changes(SPREAD, 0.05, [0, 0.1, 0])
+    one = asked("fixed_pattern", gap, gap, changes(SPREAD, 0.1, [0, does, 0]))
+    assert agreement._answers(one, SPREAD) == answers
 
 
 def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:

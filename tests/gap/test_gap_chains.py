@@ -40,7 +40,7 @@ class FakeSearch:
         self.refined = lambda of: of
         self.leaves = lambda of, score: True
         self.is_early = lambda of: False
-        self.is_known = lambda of: False
+        self.is_known = self.is_theirs = self.is_its_own = lambda of: False
 
     def validated(self, of: Model) -> Trial:
         return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])
@@ -336,6 +336,39 @@ def test_holes_of_one_material_are_no_leftover_of_other_holes(
     free = (Free(("rates", "wood"), 0, 1, log=False, step=0.02),)
     trial = Trial(Model((Candidate("material_dropout", free, {}, ((),)),), np.zeros(1)), 0.004)
     assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
+
+
+@pytest.mark.parametrize(
+    ("own", "along", "others", "flexible", "enough"),
+    [
+        (True, 0.1, None, False, True), (False, 0.1, None, False, False), (True, 0.5, None, False, False),
+        (True, 0.1, "is another", False, False), (True, 0.1, None, True, False),
+    ],
+)  # fmt: skip
+def test_a_small_bias_by_its_own_axis_is_no_leftover_of_another_bias(
+    own: bool, along: float, others: str | None, flexible: bool, enough: bool
+) -> None:
+    search = FakeSearch()
+    search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: flexible)
+    search.left_along, search.is_its_own = (lambda of: along), (lambda of: own)
+    search.disagreement = lambda of, number, alone: others
+    begun = chain(0.008, "rolling_shutter")
+    begun.score = SimpleNamespace(above=0.008, floor=0.0)
+    trial = Trial(model("subpixel_bias"), 0.004)
+    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
+
+
+@pytest.mark.parametrize("theirs", [True, False])
+def test_noise_of_one_material_is_no_cause_where_another_noise_leaves_more(theirs: bool) -> None:
+    search = FakeSearch()
+    search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: False)
+    search.left_along, search.closes_by_one_material = (lambda of: 0.1), (lambda trial, before: True)
+    search.disagreement, search.is_theirs = (lambda of, number, alone: None), (lambda of: theirs)
+    begun = chain(0.008, "lateral_noise")
+    begun.score = SimpleNamespace(above=0.008, floor=0.0)
+    free = (Free(("gain", "wood"), -9, 9, log=False, step=0.1),)
+    trial = Trial(Model((Candidate("material_noise", free, {}, ((),)),), np.zeros(1)), 0.004)
+    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) != theirs
 
 
 @pytest.mark.parametrize(("of_steel", "is_one"), [(0.52, True), (0.6, False)])

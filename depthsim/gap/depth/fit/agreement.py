@@ -96,6 +96,16 @@ def is_theirs(validator: Validator, effect: type[Effect], before: Effects, after
     return float(worth[theirs].max(initial=-np.inf)) > float(worth[own].max(initial=-np.inf))
 
 
+def is_its_own(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
+    """Whether errors of the kind that ``effect`` makes change first along the axis that it is known by, along which no
+    other cause acts, and next to nothing of that is left: no formula of another one leaves such."""
+    asked, k = _asked(validator, effect, before, after), KINDS.index(effect.kinds[0])
+    first = first_axis(validator, asked.gap, k)
+    if first is None or not {effect.axes[0]} & validator.evidence.axes[first].names or asked.others(first):
+        return False
+    return asked.surely_left(k, first) <= asked.limit.near_floor
+
+
 def goes_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
     """Whether errors that ``effect`` makes one by one go together in the recording, see :func:`rules.goes_together`."""
     return rules.goes_together(replace(_asked(validator, effect, before, after), alone=True)) is not None
@@ -176,6 +186,8 @@ def _answers(asked: Asked, k: int) -> bool:
         return False
     if asked.learned and not primary and any(cause.kinds[0] == kind for cause in asked.named):
         return False  # what is left is by the formula of that one
+    if asked.learned and not primary and rules.is_untouched(asked, k):
+        return False
     if kind == "tail":  # edges that lie elsewhere make tails, too
         return primary
     if effect.kinds[0] == "tail":  # it has some spread; what is left of another cause's is by the formula of that one
@@ -202,13 +214,14 @@ def _of_kind(asked: Asked, k: int) -> str | None:
 
 
 def _of_all(asked: Asked) -> str | None:
-    """Why the effect is none for the whole of the gap, but for kinds that are others' to make.
+    """Why the effect is none for the whole of the gap, but for kinds that are others' to make, or are left by theirs.
 
     What is learned takes off as much as other frames say for sure is there; holes and tails are counted apart.
     """
     kinds, whole, least = asked.effect.kinds, asked.gap.whole, asked.limit.acts * asked.gap.whole[ALL]
     if asked.learned or kinds[0] in ("missing", "tail"):
         return None
-    others = [k for k in range(ALL) if KINDS[k] not in kinds and whole[k] >= least]
+    theirs = {cause.kinds[0] for cause in asked.named} - {kinds[0]}
+    others = [k for k in range(ALL) if (KINDS[k] not in kinds or KINDS[k] in theirs) and whole[k] >= least]
     rest = asked.of(less_others(asked.gap, others), less_others(asked.left, others))
     return rules.leaves(rest, ALL) if rest.gap.whole[ALL] >= least else None

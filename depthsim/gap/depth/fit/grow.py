@@ -148,7 +148,8 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     enough_apart = max(faint, limit.further_apart * left)
     if kind in ("bias", "spread", "missing") and kind in named and gained < limit.least * search.whole:
         # As much is left by the formula of the first.
-        is_no_leftover = by_material and gained >= enough_apart and _is_of_one_material(search, chain, trial)
+        is_its_own = _is_of_one_material if by_material else _is_by_its_own_axis
+        is_no_leftover = gained >= enough_apart and is_its_own(search, chain, trial)
     else:
         little = gained < limit.further * search.whole
         is_no_leftover = not (flexible and little) or _is_no_leftover(search, chain, trial, by_material)
@@ -204,6 +205,13 @@ def _is_of_one_material(search: Search, chain: Chain, trial: Trial) -> bool:
     if search.is_theirs(trial.model) or not search.closes_by_one_material(trial, chain.gap):
         return False
     return _leaves_little_of_its_own(search, chain, trial)
+
+
+def _is_by_its_own_axis(search: Search, chain: Chain, trial: Trial) -> bool:
+    """Whether an effect with few parameters is for what changes along its own axis, such as the phase of the disparity,
+    along which no other cause acts."""
+    is_plain = not search.is_flexible(trial.newest)
+    return is_plain and search.is_its_own(trial.model) and _leaves_little_of_its_own(search, chain, trial)
 
 
 def _leaves_little_of_its_own(search: Search, chain: Chain, trial: Trial) -> bool:

@@ -88,6 +88,15 @@ def is_little(asked: Asked, k: int) -> bool:
     return there <= asked.limit.known_by * float(asked.does.whole[:ALL].max()) and _lies_by_its_axis(asked)
 
 
+def is_untouched(asked: Asked, k: int) -> bool:
+    """Whether an effect hardly changes a kind of errors along the axis on which that kind of gap changes most.
+
+    That is for a cause that is still to be found.
+    """
+    first = _first(asked, k)
+    return float(asked.does.varies[k, first]) < asked.limit.acts * float(asked.gap.varies[k, first])
+
+
 def is_beside_others(asked: Asked, k: int) -> bool:
     """Whether an effect makes holes anywhere, and those of the gap change along an axis of another cause of holes."""
     return KINDS[k] == "missing" and not asked.effect.axes and _is_theirs(asked, k, _first(asked, k))

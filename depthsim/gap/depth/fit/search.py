@@ -5,7 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from depthsim.gap.depth.fit.agreement import disagreement, goes_together, is_theirs, left_along, left_of_change
+from depthsim.gap.depth.fit.agreement import (
+    disagreement,
+    goes_together,
+    is_its_own,
+    is_theirs,
+    left_along,
+    left_of_change,
+)
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.changes import first_axes, has_effect, holes_lie_apart, plain_axes
 from depthsim.gap.depth.fit.fitting import Trial
@@ -56,6 +63,10 @@ class Search(Screening):
         """Whether the newest part of a model is for what another cause's formula leaves, see
         :func:`agreement.is_theirs`."""
         return is_theirs(self.validator, *self._newest(model))
+
+    def is_its_own(self, model: Model) -> bool:
+        """Whether the newest part of a model is for no other cause's formula, see :func:`agreement.is_its_own`."""
+        return is_its_own(self.validator, *self._newest(model))
 
     def left_along(self, model: Model) -> float | None:
         """What the newest part of a model leaves, see :func:`agreement.left_along`."""
