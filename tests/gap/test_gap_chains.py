@@ -358,6 +358,37 @@ def test_a_small_bias_by_its_own_axis_is_no_leftover_of_another_bias(
     assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
 
 
+@pytest.mark.parametrize(
+    ("trusted", "effect", "why", "is_one"),
+    [
+        ("max_range", "range_dropout", None, True), ("max_range", "range_dropout", "is soft", False),
+        ("lens_distortion", "range_dropout", None, False), ("max_range", "incidence_dropout", None, False),
+    ],
+)  # fmt: skip
+def test_what_stood_for_two_shapes_along_one_axis_is_one_of_them(
+    trusted: str, effect: str, why: str | None, is_one: bool
+) -> None:
+    search, asked = FakeSearch(), []
+    search.makes_steps, search.is_flexible = (lambda of: False), (lambda one: False)
+    search.lies_apart = lambda of: False
+
+    def disagreement(of: Model, number: int, alone: bool) -> str | None:
+        asked.append(of.parts[number].effect)
+        return why
+
+    search.disagreement = disagreement
+    begun = chain(0.2, "lens_distortion", "max_range")
+    begun.trust(trusted)
+    begun.score = SimpleNamespace(above=0.2, floor=0.0)
+    trial = Trial(model("lens_distortion", "max_range", effect), 0.17)
+    assert grow._stood_for_both(cast("Search", search), begun, trial) == is_one
+    if is_one:  # each of the two is asked beside the other; less than a tenth of what was left is too little
+        assert asked == ["max_range", effect]
+        assert grow._closes_enough(cast("Search", search), begun, trial, [trial])
+        little = replace(trial, gap=0.19)
+        assert not grow._closes_enough(cast("Search", search), begun, little, [little])
+
+
 @pytest.mark.parametrize("theirs", [True, False])
 def test_noise_of_one_material_is_no_cause_where_another_noise_leaves_more(theirs: bool) -> None:
     search = FakeSearch()

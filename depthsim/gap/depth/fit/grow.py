@@ -137,6 +137,10 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
         return False
     if any(map(fills_besides, chain.named)) and search.is_less(trial) and gained < limit.further * search.whole:
         return False
+    faint = search.config.significance.faint * chain.score.floor
+    enough_apart = max(faint, limit.further_apart * left)
+    if gained >= enough_apart and _stood_for_both(search, chain, trial):
+        return True
     little = gained < limit.alike * search.whole
     if little and is_alike(trial.newest.effect, chain.named) and not search.lies_apart(trial.model):
         return False
@@ -144,8 +148,6 @@ def _closes_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence
     named = {one for name in chain.named for one in _formula_of(name)}
     by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
     flexible = by_material or search.is_flexible(trial.newest)
-    faint = search.config.significance.faint * chain.score.floor
-    enough_apart = max(faint, limit.further_apart * left)
     if kind in ("bias", "spread", "missing") and kind in named and gained < limit.least * search.whole:
         # As much is left by the formula of the first.
         is_its_own = _is_of_one_material if by_material else _is_by_its_own_axis
@@ -205,6 +207,15 @@ def _is_of_one_material(search: Search, chain: Chain, trial: Trial) -> bool:
     if search.is_theirs(trial.model) or not search.closes_by_one_material(trial, chain.gap):
         return False
     return _leaves_little_of_its_own(search, chain, trial)
+
+
+def _stood_for_both(search: Search, chain: Chain, trial: Trial) -> bool:
+    """Whether a cause that was taken for the moment, as its shape along its axis was wrong, is right beside an effect
+    that makes the same errors along the same axis: such as what is lost by the range and beyond a range."""
+    alike = [k for k, name in enumerate(chain.named) if name in chain.trusted and is_alike(name, [trial.newest.effect])]
+    return bool(alike) and not any(
+        search.disagreement(trial.model, k, alone=True) for k in (*alike, len(trial.model.parts) - 1)
+    )
 
 
 def _is_by_its_own_axis(search: Search, chain: Chain, trial: Trial) -> bool:
