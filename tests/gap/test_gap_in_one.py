@@ -89,6 +89,8 @@ def test_noise_in_another_form_needs_no_other_beside_it(in_proportion: bool, tmp
     if in_proportion:
         assert [part.effect for part in other.model.parts] == [corners.id] and other.gap < both.gap
         assert other.model.parameters(0)["gain"] == pytest.approx(2.0, abs=0.2)
+        search.disagreement = lambda *_, **__: "acts elsewhere"  # type: ignore[method-assign]
+        assert noises_in_one(search, both) is both
     else:
         assert other is both
 

@@ -7,6 +7,7 @@ law of the noise in place of the simulator's own, to which it was added before t
 for less noise that goes together.
 """
 
+from collections.abc import Iterable
 from itertools import permutations, product
 
 from depthsim.gap.depth.fit.candidate import Candidate
@@ -68,7 +69,7 @@ def noises_in_one(search: Search, found: Trial) -> Trial:
     tried = [(less, form) for part, less in others for form in search.other_forms(part)]
     enough = found.gap + search.config.significance.faint * search.floor
     trials = search.evidence.side_by_side(lambda one: _with(search, *one, 4), tried)
-    best = min((trial for trial in trials if trial.gap < enough), key=lambda trial: trial.gap, default=None)
+    best = _first_that_acts(search, trials, enough)
     if best is None:
         return found
     gone = {part.effect for part in model.parts} - {part.effect for part in best.model.parts}
@@ -94,13 +95,18 @@ def smoothed_in_one(search: Search, found: Trial) -> Trial:
     ]
     trials = search.evidence.side_by_side(lambda way: _with(search, *way, 4), ways)
     enough = found.gap + search.config.significance.faint * search.floor
-    near = sorted((trial for trial in trials if trial.gap < enough), key=lambda trial: trial.gap)
-    acts = (one for one in near if search.disagreement(one.model, len(one.model.parts) - 1, alone=True) is None)
-    best = next(acts, None)
+    best = _first_that_acts(search, trials, enough)
     if best is None:
         return found
     search.say(f"{best.newest.effect} in place of {' and '.join(there - {one.effect for one in best.model.parts})}")
     return best
+
+
+def _first_that_acts(search: Search, trials: Iterable[Trial], enough: float) -> Trial | None:
+    """The trial that leaves least, and less than ``enough``, of those whose newest part acts where the gap lies."""
+    near = sorted((trial for trial in trials if trial.gap < enough), key=lambda trial: trial.gap)
+    acts = (one for one in near if search.disagreement(one.model, len(one.model.parts) - 1, alone=True) is None)
+    return next(acts, None)
 
 
 def _with(search: Search, model: Model, candidate: Candidate, rounds: int) -> Trial:
