@@ -538,6 +538,16 @@ def test_a_bias_by_its_own_axis_is_not_for_what_another_bias_leaves(
     assert agreement.is_its_own(one.validator, one.effect, (), ()) == is_own
 
 
+@pytest.mark.parametrize(("effect", "is_own"), [("fill_rate", False), ("min_range", True)])
+def test_what_loses_pixels_anywhere_has_no_axis_of_its_own(
+    monkeypatch: pytest.MonkeyPatch, effect: str, is_own: bool
+) -> None:
+    gap, after = changes(HOLES, 0.0, [0.005, 0, 0]), changes(HOLES, 0.0, [0, 0, 0])
+    one = asked(effect, gap, after, gap, (effect_class("incidence_dropout")(),))
+    monkeypatch.setattr(agreement, "_asked", lambda *_: one)
+    assert agreement.is_its_own(one.validator, one.effect, (), ()) == is_own
+
+
 @pytest.mark.parametrize(("other", "is_answered"), [("lateral_noise", False), ("rolling_shutter", True)])
 def test_a_bias_does_not_answer_for_noise_by_the_formula_of_another_cause(other: str, is_answered: bool) -> None:
     """Pixels at edges make geometry answer for spreads, too."""

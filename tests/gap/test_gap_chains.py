@@ -59,6 +59,22 @@ def chain(gap: float, *effects: str) -> Any:
     return Chain(DepthSelect(), SCORE, gap, model(*effects))
 
 
+def leaving(along: float | None, others: str | None, *, flexible: bool = False) -> Any:
+    """A search in which what is tried acts where the gap lies, and makes no steps. along: what it leaves there; others:
+    why a cause beside it is none."""
+    search = FakeSearch()
+    search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: flexible)
+    search.left_along, search.disagreement = (lambda of: along), (lambda of, number, alone: others)
+    return search
+
+
+def closes_enough(search: Any, gap: float, named: str, trial: Trial) -> bool:
+    """Whether a trial closes enough of a gap, all of it over the floor, that a cause has left."""
+    begun = chain(gap, named)
+    begun.score = SimpleNamespace(above=gap, floor=0.0)
+    return grow._closes_enough(search, begun, trial, [trial])
+
+
 def test_a_cause_in_the_place_of_another_leaves_other_things(monkeypatch: pytest.MonkeyPatch) -> None:
     """A filter stands for small noise and for its correlation; with the noise in its place the correlation is found."""
     search, grown = cast("Search", FakeSearch(noise=0.3, noise_correlation=0.1)), []
@@ -327,15 +343,11 @@ def test_holes_of_one_material_are_no_leftover_of_other_holes(
     of_one: bool, along: float | None, others: str | None, enough: bool
 ) -> None:
     """Less than a hundredth of the gap, half of what another cause of holes has left."""
-    search = FakeSearch()
-    search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: False)
-    search.left_along, search.closes_by_one_material = (lambda of: along), (lambda trial, before: of_one)
-    search.disagreement = lambda of, number, alone: others
-    begun = chain(0.008, "range_dropout")
-    begun.score = SimpleNamespace(above=0.008, floor=0.0)
+    search = leaving(along, others)
+    search.closes_by_one_material = lambda trial, before: of_one
     free = (Free(("rates", "wood"), 0, 1, log=False, step=0.02),)
     trial = Trial(Model((Candidate("material_dropout", free, {}, ((),)),), np.zeros(1)), 0.004)
-    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
+    assert closes_enough(search, 0.008, "range_dropout", trial) == enough
 
 
 @pytest.mark.parametrize(
@@ -348,14 +360,9 @@ def test_holes_of_one_material_are_no_leftover_of_other_holes(
 def test_a_small_bias_by_its_own_axis_is_no_leftover_of_another_bias(
     own: bool, along: float, others: str | None, flexible: bool, enough: bool
 ) -> None:
-    search = FakeSearch()
-    search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: flexible)
-    search.left_along, search.is_its_own = (lambda of: along), (lambda of: own)
-    search.disagreement = lambda of, number, alone: others
-    begun = chain(0.008, "rolling_shutter")
-    begun.score = SimpleNamespace(above=0.008, floor=0.0)
-    trial = Trial(model("subpixel_bias"), 0.004)
-    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
+    search = leaving(along, others, flexible=flexible)
+    search.is_its_own = lambda of: own
+    assert closes_enough(search, 0.008, "rolling_shutter", Trial(model("subpixel_bias"), 0.004)) == enough
 
 
 @pytest.mark.parametrize(
@@ -391,15 +398,11 @@ def test_what_stood_for_two_shapes_along_one_axis_is_one_of_them(
 
 @pytest.mark.parametrize("theirs", [True, False])
 def test_noise_of_one_material_is_no_cause_where_another_noise_leaves_more(theirs: bool) -> None:
-    search = FakeSearch()
-    search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: False)
-    search.left_along, search.closes_by_one_material = (lambda of: 0.1), (lambda trial, before: True)
-    search.disagreement, search.is_theirs = (lambda of, number, alone: None), (lambda of: theirs)
-    begun = chain(0.008, "lateral_noise")
-    begun.score = SimpleNamespace(above=0.008, floor=0.0)
+    search = leaving(0.1, None)
+    search.closes_by_one_material, search.is_theirs = (lambda trial, before: True), (lambda of: theirs)
     free = (Free(("gain", "wood"), -9, 9, log=False, step=0.1),)
     trial = Trial(Model((Candidate("material_noise", free, {}, ((),)),), np.zeros(1)), 0.004)
-    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) != theirs
+    assert closes_enough(search, 0.008, "lateral_noise", trial) != theirs
 
 
 @pytest.mark.parametrize(("of_steel", "is_one"), [(0.52, True), (0.6, False)])
@@ -467,14 +470,8 @@ def test_a_small_cause_with_many_parameters_is_known_along_an_axis_of_its_own(
     along: float | None, others: str | None, enough: bool
 ) -> None:
     """A shadow beside light that makes most of the holes: the light must not be another effect beside it."""
-    search = FakeSearch()
-    search.acts, search.makes_steps, search.is_flexible = (lambda of: True), (lambda of: False), (lambda one: True)
-    search.left_along = lambda of: along
-    search.disagreement = lambda of, number, alone: others
-    begun = chain(0.07, "ambient_light")
-    begun.score = SimpleNamespace(above=0.07, floor=0.0)
-    trial = Trial(model("stereo_shadow"), 0.03)
-    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
+    search = leaving(along, others, flexible=True)
+    assert closes_enough(search, 0.07, "ambient_light", Trial(model("stereo_shadow"), 0.03)) == enough
 
 
 @pytest.mark.parametrize(

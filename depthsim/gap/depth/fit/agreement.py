@@ -26,6 +26,7 @@ from depthsim.gap.depth.fit.changes import (
     too_many_left,
     worth_of,
 )
+from depthsim.gap.depth.fit.traits import is_known_by
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 
@@ -91,7 +92,7 @@ def is_theirs(validator: Validator, effect: type[Effect], before: Effects, after
     along the one that it is known by: then they are what that one's formula leaves."""
     asked, k = _asked(validator, effect, before, after), KINDS.index(effect.kinds[0])
     worth = worth_of(validator, asked.gap, k)[1]
-    own = np.array([effect.axes[0] in axis.names for axis in validator.evidence.axes])
+    own = np.array([bool(axis.names & set(effect.axes[:1])) for axis in validator.evidence.axes])
     theirs = np.array([bool(asked.others(number, k)) for number in range(len(own))]) & ~own
     return float(worth[theirs].max(initial=-np.inf)) > float(worth[own].max(initial=-np.inf))
 
@@ -101,9 +102,10 @@ def is_its_own(validator: Validator, effect: type[Effect], before: Effects, afte
     other cause acts, and next to nothing of that is left: no formula of another one leaves such."""
     asked, k = _asked(validator, effect, before, after), KINDS.index(effect.kinds[0])
     first = first_axis(validator, asked.gap, k)
-    if first is None or not {effect.axes[0]} & validator.evidence.axes[first].names or asked.others(first):
+    if first is None or asked.others(first):
         return False
-    return asked.surely_left(k, first) <= asked.limit.near_floor
+    is_known = is_known_by(effect.id, [(KINDS[k], validator.evidence.axes[first].names)])
+    return is_known and asked.surely_left(k, first) <= asked.limit.near_floor
 
 
 def goes_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
@@ -184,9 +186,8 @@ def _answers(asked: Asked, k: int) -> bool:
     primary = kind == effect.kinds[0]
     if rules.is_little(asked, k):
         return False
-    if asked.learned and not primary and any(cause.kinds[0] == kind for cause in asked.named):
-        return False  # what is left is by the formula of that one
-    if asked.learned and not primary and rules.is_untouched(asked, k):
+    by_another = any(cause.kinds[0] == kind for cause in asked.named)  # what is left is by the formula of that one
+    if asked.learned and not primary and (by_another or rules.is_untouched(asked, k)):
         return False
     if kind == "tail":  # edges that lie elsewhere make tails, too
         return primary
