@@ -70,7 +70,10 @@ def test_a_pattern_has_what_lies_at_the_same_pixels(
 
 @pytest.mark.parametrize("in_proportion", [True, False])
 def test_noise_in_another_form_needs_no_other_beside_it(in_proportion: bool, tmp_path: Path) -> None:
-    """To the corners it grows in proportion to that of each material, which it leaves as one that is added."""
+    """To the corners it grows in proportion to that of each material, which it leaves as one that is added.
+
+    If it does not act where the gap lies, the two that leave more than it does not, either.
+    """
     scene, camera, paper = load_scene("office"), preset("d435", 160, 90), load_profile("paper")
     noise, corners = effect_class("material_noise"), effect_class("vignetting_noise")
     added = [noise(gain={"cement": 0.5}), corners(corner=0.3)]
@@ -85,12 +88,19 @@ def test_noise_in_another_form_needs_no_other_beside_it(in_proportion: bool, tmp
         form = next(c for c in bank if c.effect == one.id and fixed in c.fixed)
         found = search.fit(found.plus(search.begin(form, found.build(evidence.base))), 4)
     both = search.validated(found)
-    other = noises_in_one(search, both)
+    refused: dict[str, str] = {}
+    other = noises_in_one(search, both, lambda effect, closed, why: refused.update({effect: why}))
+    assert not refused
     if in_proportion:
         assert [part.effect for part in other.model.parts] == [corners.id] and other.gap < both.gap
         assert other.model.parameters(0)["gain"] == pytest.approx(2.0, abs=0.2)
         search.disagreement = lambda *_, **__: "acts elsewhere"  # type: ignore[method-assign]
-        assert noises_in_one(search, both) is both
+        neither = noises_in_one(search, both, lambda effect, closed, why: refused.update({effect: why}))
+        assert not neither.model.parts and neither.gap == search.before
+        assert refused == {
+            corners.id: "leaves more beside material_noise than vignetting_noise alone, which is none",
+            noise.id: "leaves more beside vignetting_noise than vignetting_noise alone, which is none",
+        }
     else:
         assert other is both
 

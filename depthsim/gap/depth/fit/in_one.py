@@ -7,7 +7,7 @@ law of the noise in place of the simulator's own, to which it was added before t
 for less noise that goes together.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from itertools import permutations, product
 
 from depthsim.gap.depth.fit.candidate import Candidate
@@ -18,6 +18,9 @@ from depthsim.gap.depth.fit.ties import surely_worse
 from depthsim.gap.depth.fit.traits import is_filter
 from depthsim.gap.selection import is_tie
 from depthsim.sensor.effect import effect_class
+
+Refuse = Callable[[str, float, str], None]
+"""Hears of an effect that is no cause, the share of the gap that it closes, and why."""
 
 
 def biases_in_one(search: Search, found: Trial) -> Trial:
@@ -61,20 +64,46 @@ def law_in_place(search: Search, found: Trial) -> Trial:
     return found
 
 
-def noises_in_one(search: Search, found: Trial) -> Trial:
-    """What is found, or one of its noises in another form without another noise, where that leaves hardly more."""
+def noises_in_one(search: Search, found: Trial, refuse: Refuse) -> Trial:
+    """What is found, or one of its noises in another form without another noise, where that leaves hardly more.
+
+    Where that surely leaves less, and does not act where the gap lies, the two came near to what it came near to, and
+    neither is a cause. refuse: hears of both, with what each closes beside the others.
+    """
     model = found.model
     noises = [number for number, one in enumerate(model.effects) if one.kinds[0] == "spread"]
     others = [(model.parts[k], model.less(max(k, n)).less(min(k, n))) for k, n in permutations(noises, 2)]
     tried = [(less, form) for part, less in others for form in search.other_forms(part)]
     enough = found.gap + search.config.significance.faint * search.floor
-    trials = search.evidence.side_by_side(lambda one: _with(search, *one, 4), tried)
+    trials = list(search.evidence.side_by_side(lambda one: _with(search, *one, 4), tried))
     best = _first_that_acts(search, trials, enough)
     if best is None:
-        return found
-    gone = {part.effect for part in model.parts} - {part.effect for part in best.model.parts}
+        return _less_both(search, found, [trial for trial in trials if trial.gap < found.gap], refuse)
+    gone = _gone(found, best)
     search.say(f"{best.newest.effect} in another form, without {' and '.join(gone)}")
     return best
+
+
+def _less_both(search: Search, found: Trial, better: Sequence[Trial], refuse: Refuse) -> Trial:
+    """What is found, without the two noises that the first of ``better`` does for, if that surely leaves less."""
+    model = found.model
+    before = model.build(search.base)
+    sure = (one for one in better if surely_worse(search.validator, before, one.model.build(search.base)))
+    if (one := next(sure, None)) is None:
+        return found
+    two = {one.newest.effect, *_gone(found, one)}
+    for number in reversed(range(len(model.parts))):
+        if (effect := found.model.parts[number].effect) in two:
+            without = search.validated(found.model.less(number)).gap
+            why = f"leaves more beside {' and '.join(two - {effect})} than {one.newest.effect} alone, which is none"
+            refuse(effect, (without - found.gap) / search.whole, why)
+            model = model.less(number)
+    search.say(f"{' and '.join(two)} are no causes: {one.newest.effect} alone leaves less, and is none")
+    return search.validated(search.fit(model, 3) if model.parts else model)
+
+
+def _gone(found: Trial, best: Trial) -> set[str]:
+    return {part.effect for part in found.model.parts} - {part.effect for part in best.model.parts}
 
 
 def smoothed_in_one(search: Search, found: Trial) -> Trial:

@@ -58,11 +58,12 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
         chain = _better(search, chain, _chain(search, score, other, chain.named))
     if chain.model is None:
         return Selection(Model((), np.empty(0)), {}, chain.nearest, tuple(chain.looked), chain.is_unfinished)
-    found = smoothed_in_one(search, noises_in_one(search, Trial(chain.model, chain.gap)))
+    found = noises_in_one(search, Trial(chain.model, chain.gap), chain.refuse)
+    found = smoothed_in_one(search, found)
     found = biases_in_one(search, found)
     chain.model = beneath(search, found).model
     say("refining the parameters")
-    model = search.refined(chain.model)
+    model = search.refined(chain.model) if chain.model.parts else chain.model
     ties = {cause: equals for cause, equals in chain.ties.items() if cause in chain.named}
     return Selection(model, ties, chain.nearest, tuple(chain.looked), chain.is_unfinished)
 
