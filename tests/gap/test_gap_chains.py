@@ -11,6 +11,7 @@ from depthsim.gap.config import DepthConfig, DepthSelect
 from depthsim.gap.depth.fit import confirm, grow, hiding, optimize, select, ties
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.chain import Chain
+from depthsim.gap.depth.fit.enough import _formula_of, _stood_for_both, is_enough
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
 from depthsim.gap.depth.fit.free import Free
 from depthsim.gap.depth.fit.optimize import Model
@@ -72,7 +73,7 @@ def closes_enough(search: Any, gap: float, named: str, trial: Trial) -> bool:
     """Whether a trial closes enough of a gap, all of it over the floor, that a cause has left."""
     begun = chain(gap, named)
     begun.score = SimpleNamespace(above=gap, floor=0.0)
-    return grow._closes_enough(search, begun, trial, [trial])
+    return is_enough(search, begun, trial, [trial])
 
 
 def test_a_cause_in_the_place_of_another_leaves_other_things(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -277,7 +278,7 @@ def test_what_is_refused_is_asked_in_its_other_form(monkeypatch: pytest.MonkeyPa
     search, first, other = FakeSearch(light=0.2), Trial(model("light"), 0.2), Trial(model("light"), 0.1)
     search.in_other_form = lambda so_far, trial: other if better and trial is first else None
     search.disagreement = lambda of, number: "acts elsewhere" if of is first.model else None
-    monkeypatch.setattr(grow, "_closes_enough", lambda *_: True)
+    monkeypatch.setattr(grow, "is_enough", lambda *_: True)
     begun = Chain(DepthSelect(), SCORE, 1.0)
     found = grow._first_supported(cast("Search", search), begun, [first])
     assert found is (other if better else None)
@@ -292,7 +293,7 @@ def test_what_makes_errors_go_together_waits_for_what_holds_them_at_their_pixels
     search, smooths, noise = FakeSearch(), Trial(model("filter"), 0.1), Trial(model("noise"), 0.2)
     search.is_early = lambda of: early and of is smooths.model
     search.disagreement = lambda of, number: None  # type: ignore[attr-defined]
-    monkeypatch.setattr(grow, "_closes_enough", lambda *_: True)
+    monkeypatch.setattr(grow, "is_enough", lambda *_: True)
     begun = Chain(DepthSelect(), SCORE, 1.0)
     assert grow._first_supported(cast("Search", search), begun, [smooths, noise]) is (noise if early else smooths)
     assert grow._first_supported(cast("Search", search), begun, [smooths]) is (None if early else smooths)
@@ -303,7 +304,7 @@ def test_the_first_is_refined_before_it_is_refused(monkeypatch: pytest.MonkeyPat
     search, first, finer = FakeSearch(mount=0.05), Trial(model("mount"), 0.2), model("mount")
     search.refined = lambda of: finer
     search.disagreement = lambda of, number: None if of is finer else "leaves much"  # type: ignore[attr-defined]
-    monkeypatch.setattr(grow, "_closes_enough", lambda *_: True)
+    monkeypatch.setattr(grow, "is_enough", lambda *_: True)
     begun = Chain(DepthSelect(), SCORE, 1.0)
     found = grow._first_supported(cast("Search", search), begun, [first])
     assert found is not None and found.gap == 0.05 and not begun.refused
@@ -329,7 +330,7 @@ def test_a_small_cause_has_no_parameter_for_each_material(
     begun.score = SimpleNamespace(above=0.1, floor=0.0)
     free = {"material_noise": (Free(("m", "wood"), 0, 1, log=False, step=0.1),)}.get(effect, ())
     trial = Trial(Model((Candidate(effect, free, {}, ((),)),), np.empty(0)), gap)
-    assert grow._closes_enough(cast("Search", search), begun, trial, [trial]) == enough
+    assert is_enough(cast("Search", search), begun, trial, [trial]) == enough
 
 
 @pytest.mark.parametrize(
@@ -388,12 +389,12 @@ def test_what_stood_for_two_shapes_along_one_axis_is_one_of_them(
     begun.trust(trusted)
     begun.score = SimpleNamespace(above=0.2, floor=0.0)
     trial = Trial(model("lens_distortion", "max_range", effect), 0.17)
-    assert grow._stood_for_both(cast("Search", search), begun, trial) == is_one
+    assert _stood_for_both(cast("Search", search), begun, trial) == is_one
     if is_one:  # each of the two is asked beside the other; less than a tenth of what was left is too little
         assert asked == ["max_range", effect]
-        assert grow._closes_enough(cast("Search", search), begun, trial, [trial])
+        assert is_enough(cast("Search", search), begun, trial, [trial])
         little = replace(trial, gap=0.19)
-        assert not grow._closes_enough(cast("Search", search), begun, little, [little])
+        assert not is_enough(cast("Search", search), begun, little, [little])
 
 
 @pytest.mark.parametrize("theirs", [True, False])
@@ -431,7 +432,7 @@ def test_holes_anywhere_beside_a_shadow_are_named_where_no_rival_acts(rival_acts
     begun = chain(0.07, "stereo_shadow")
     begun.score = SimpleNamespace(above=0.07, floor=0.0)
     trial, rival = Trial(model("fill_rate"), 0.045), Trial(model("range_dropout"), 0.046)
-    assert grow._closes_enough(cast("Search", search), begun, trial, [trial, rival]) == enough
+    assert is_enough(cast("Search", search), begun, trial, [trial, rival]) == enough
 
 
 @pytest.mark.parametrize(("theirs", "enough"), [(0.0046, True), (0.0045, True), (0.0044, False)])
@@ -448,7 +449,7 @@ def test_of_holes_anywhere_one_with_more_parameters_is_no_rival_that_closes_no_m
     free = tuple(Free(name, 0, 1, log=False, step=0.1) for name in ("start", "rate"))
     of = [Candidate(name, free[:count], {}, ((),)) for name, count in (("fill_rate", 1), ("range_dropout", 2))]
     trials = [Trial(Model((one,), np.zeros(len(one.free))), gap) for one, gap in zip(of, (0.0045, theirs), strict=True)]
-    assert grow._closes_enough(cast("Search", search), begun, trials[0], trials) == enough
+    assert is_enough(cast("Search", search), begun, trials[0], trials) == enough
 
 
 def test_the_rivals_of_a_cause_are_those_of_the_step_that_it_was_named_in() -> None:
@@ -596,14 +597,14 @@ def test_what_is_alike_another_cause_takes_a_place_for_much_only(
 def test_of_two_that_do_as_well_one_is_named_that_is_known_where_the_gap_changes_first(
     monkeypatch: pytest.MonkeyPatch, known: tuple[str, ...], enough: bool
 ) -> None:
-    monkeypatch.setattr(grow, "_stays", lambda *_: False)
+    monkeypatch.setattr("depthsim.gap.depth.fit.enough._stays", lambda *_: False)
     search = FakeSearch()
     search.is_known = lambda of: of.parts[-1].effect in known
     search.makes_steps = search.is_flexible = lambda of: False  # type: ignore[attr-defined]
     search.acts, search.left_along = (lambda of: True), (lambda of: 0.0)  # type: ignore[attr-defined]
     begun = chain(0.3, "spatial_filter")
     trials = [Trial(model("spatial_filter", name), 0.22) for name in ("material_dropout", "specular_dropout")]
-    assert grow._closes_enough(cast("Search", search), begun, trials[0], trials) == enough
+    assert is_enough(cast("Search", search), begun, trials[0], trials) == enough
 
 
 @pytest.mark.parametrize(
@@ -614,13 +615,13 @@ def test_effects_of_other_kinds_of_error_are_no_rivals(
     monkeypatch: pytest.MonkeyPatch, effect: str, acts: bool, enough: bool
 ) -> None:
     """Holes at a slant leave most of what an outline that has grown closes, but not all of it."""
-    monkeypatch.setattr(grow, "_stays", lambda *_: False)
+    monkeypatch.setattr("depthsim.gap.depth.fit.enough._stays", lambda *_: False)
     search, trials = FakeSearch(), [Trial(model("filter", name), 0.22) for name in ("incidence_dropout", effect)]
     search.makes_steps = search.is_flexible = lambda of: False  # type: ignore[attr-defined]
     search.left_along = lambda of: None  # type: ignore[attr-defined]
     search.acts = lambda of: acts or of.parts[-1].effect == "incidence_dropout"  # type: ignore[attr-defined]
     begun = chain(0.3, "spatial_filter")
-    assert grow._closes_enough(cast("Search", search), begun, trials[0], trials) == enough
+    assert is_enough(cast("Search", search), begun, trials[0], trials) == enough
 
 
 def test_beside_what_is_taken_for_the_moment_the_others_are_asked_once_more() -> None:
@@ -660,7 +661,7 @@ def test_what_was_refused_leaves_no_room_for_a_lesser_name_of_its_kind(refused: 
     lesser = Trial(Model((Candidate("spatial_correlation", (), {"x": 1.0, "y": 1.0}, ((),)),), np.empty(0)), 0.9)
     begun = chain(1.0)
     begun.model, begun.looked = None, [(Trial(model(refused), 0.4), lesser)]
-    assert grow._closes_enough(search, begun, lesser, [lesser]) is enough
+    assert is_enough(search, begun, lesser, [lesser]) is enough
 
 
 @pytest.mark.parametrize(
@@ -672,7 +673,7 @@ def test_what_was_refused_leaves_no_room_for_a_lesser_name_of_its_kind(refused: 
     ],
 )
 def test_a_filter_takes_spread_away_by_a_formula_of_its_own(effect: str, kinds: list[str]) -> None:
-    assert grow._formula_of(effect) == kinds
+    assert _formula_of(effect) == kinds
 
 
 @pytest.mark.parametrize(
@@ -697,7 +698,7 @@ def test_a_filter_comes_before_what_takes_many_times_the_pixels(
     monkeypatch: pytest.MonkeyPatch, selected: str, is_itself: bool, taken: str | None
 ) -> None:
     """Beside a decimation that closes more an edge-preserving filter was found at the end of the search's budget."""
-    monkeypatch.setattr(grow, "_closes_enough", lambda *_: True)
+    monkeypatch.setattr(grow, "is_enough", lambda *_: True)
     monkeypatch.setattr(grow, "has_more_pixels", lambda effect, _: effect == "decimation")
     search = FakeSearch()
     search.evidence = SimpleNamespace(camera=None)  # type: ignore[attr-defined]
@@ -709,8 +710,8 @@ def test_a_filter_comes_before_what_takes_many_times_the_pixels(
 
 def test_holes_beside_light_are_holes_beside_holes() -> None:
     """Light makes noise and holes by one formula, a dropout's noise is none of its own."""
-    assert grow._formula_of("ambient_light") == ["spread", "missing"]
-    assert grow._formula_of("range_dropout") == ["missing"]
+    assert _formula_of("ambient_light") == ["spread", "missing"]
+    assert _formula_of("range_dropout") == ["missing"]
 
 
 @pytest.mark.parametrize("nothing", [False, True])

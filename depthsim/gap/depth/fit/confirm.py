@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from depthsim.gap.depth.fit.grow import is_alike
+from depthsim.gap.depth.fit.enough import is_alike
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.shapley import credit
