@@ -153,6 +153,9 @@ class DepthSelect(Section):
     of_one: float = _value(
         0.9, "of what an effect by material closes, that it must close by one material to be no leftover of a formula"
     )
+    more_than_others: float = _value(
+        1.5, "times the holes that most materials have: a material with more has some of its own"
+    )
     rival: float = _value(0.25, "of what a further cause closes: effects that close less by themselves are no rivals")
     asked: int = _count(2, "times that an effect is refused, by itself and beside later causes, before it is left out")
     rounds: int = _count(3, "times that causes are looked for, when some are dropped at the end")

@@ -8,14 +8,17 @@ for less noise that goes together.
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from itertools import permutations, product
+
+import numpy as np
 
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.ties import surely_worse
-from depthsim.gap.depth.fit.traits import is_filter
+from depthsim.gap.depth.fit.traits import is_anywhere, is_filter
 from depthsim.gap.selection import is_tie
 from depthsim.sensor.effect import effect_class
 
@@ -129,6 +132,35 @@ def smoothed_in_one(search: Search, found: Trial) -> Trial:
         return found
     search.say(f"{best.newest.effect} in place of {' and '.join(there - {one.effect for one in best.model.parts})}")
     return best
+
+
+def holes_anywhere(search: Search, found: Trial) -> Trial:
+    """What is found, or holes anywhere in place of as many of each material, where hardly more is left.
+
+    A share for each material takes up holes that all materials have alike, beside those of a few of them; and beside
+    what loses pixels of some of them by another formula, whatever that leaves there.
+    """
+    model = found.model
+    there = {part.effect for part in model.parts}
+    anywhere = [c for c in search.bank if is_anywhere(c.effect) and c.effect not in there and not c.in_place]
+    ways = []
+    for number, own in enumerate(model.split(model.x)):
+        part, less = model.parts[number], model.less(number)
+        rates = [f.decode(v) for f, v in zip(part.free, own, strict=True) if isinstance(f.key, tuple)]
+        if model.effects[number].kinds != ("missing",) or len(rates) < len(part.free) or not rates:
+            continue
+        level = float(np.median(rates))
+        more = [k for k, rate in enumerate(rates) if rate > search.config.select.more_than_others * level]
+        few = Model((replace(part, free=tuple(part.free[k] for k in more)),), own[more])
+        ways += [(begun, one) for one in anywhere for begun in (less, less.plus(few)) if level > 0]
+    enough = found.gap + search.config.significance.faint * search.floor
+    for less, one in ways:
+        trial = _first_that_acts(search, [_with(search, less, one, 4)], enough)
+        if trial is not None:
+            gone = _gone(found, trial)
+            search.say(f"{one.effect} {'in place of ' + gone.pop() if gone else 'beneath'}")
+            return trial
+    return found
 
 
 def _first_that_acts(search: Search, trials: Iterable[Trial], enough: float) -> Trial | None:
