@@ -14,7 +14,8 @@ from depthsim.gap.depth.fit import in_one as module
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.fitting import Trial
-from depthsim.gap.depth.fit.in_one import biases_in_one, law_in_place, noises_in_one, smoothed_in_one
+from depthsim.gap.depth.fit.free import Free
+from depthsim.gap.depth.fit.in_one import biases_in_one, holes_anywhere, law_in_place, noises_in_one, smoothed_in_one
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.validate import Validator
@@ -146,3 +147,44 @@ def test_a_filter_takes_the_place_of_little_noise_that_goes_together(smoothed: b
     assert (other is both) != smoothed
     if smoothed:
         assert [part.effect for part in other.model.parts] == [smooth.id] and other.gap < both.gap
+
+
+@pytest.mark.parametrize(
+    ("rates", "acts", "becomes"),
+    [
+        ([0.03, 0.03, 0.03], True, ["fill_rate"]),
+        ([0.03, 0.03, 0.5], True, ["material_dropout", "fill_rate"]),
+        ([0.03, 0.03, 0.5], False, None),
+        ([0.0, 0.0, 0.5], True, None),  # of one material alone: nothing is anywhere
+    ],
+)
+def test_holes_that_all_materials_have_alike_are_anywhere(
+    monkeypatch: pytest.MonkeyPatch, rates: list[float], acts: bool, becomes: list[str] | None
+) -> None:
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    free = tuple(Free(("rates", tag), 0.0, 1.0, False, 0.1) for tag in ("brick", "metal", "wood"))
+    each = Candidate("material_dropout", free, {}, ((),))
+    anywhere = Candidate("fill_rate", (), {}, ((),))
+    few = max(rates) > 0.1
+
+    def validated(model: Model) -> Trial:
+        own = [f.key[1] for part in model.parts for f in part.free]
+        return Trial(model, 0.1 if own == (["wood"] if few else []) else 0.3)
+
+    search = SimpleNamespace(
+        config=DepthConfig(),
+        floor=0.02,
+        base=(),
+        bank=[each, anywhere],
+        begin=lambda one, base: Model((one,), np.empty(0)),
+        fit=lambda of, rounds: of,
+        validated=validated,
+        disagreement=lambda *_, **__: None if acts else "acts elsewhere",
+        say=lambda text: None,
+    )
+    model = Model((each,), np.array([one.encode(rate) for one, rate in zip(free, rates, strict=True)]))
+    found = holes_anywhere(cast("Search", search), Trial(model, 0.1)).model
+    if becomes is None:
+        assert found is model
+    else:
+        assert [part.effect for part in found.parts] == becomes
