@@ -11,6 +11,8 @@ from depthsim.gap.diagnosis import Nearest, Unexplained, Verdict
 
 Limits = DepthSelect | FlightSelect
 T = TypeVar("T")
+Refuse = Callable[[str, float, str], None]
+"""Hears of an effect that is no cause, the share of the gap that it closes, and why."""
 
 
 class Refused(dict[str, Nearest]):

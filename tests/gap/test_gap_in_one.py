@@ -163,7 +163,7 @@ def test_holes_that_all_materials_have_alike_are_anywhere(
 ) -> None:
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     free = tuple(Free(("rates", tag), 0.0, 1.0, False, 0.1) for tag in ("brick", "metal", "wood"))
-    each = Candidate("material_dropout", free, {}, ((),))
+    each = Candidate("material_dropout", free, {}, ((0.1, 0.2, 0.3), (0.4, 0.5, 0.3)))
     anywhere = Candidate("fill_rate", (), {}, ((),))
     few = max(rates) > 0.1
 
@@ -188,3 +188,5 @@ def test_holes_that_all_materials_have_alike_are_anywhere(
         assert found is model
     else:
         assert [part.effect for part in found.parts] == becomes
+        starts = [part.starts for part in found.parts if part.free]
+        assert starts == ([((0.3,),)] if few else [])  # where causes are looked for once more, it begins there

@@ -6,6 +6,7 @@ looked for. But what it then makes there grows, and what the recording has is th
 
 import numpy as np
 
+from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.changes import (
     ENOUGH,
     GROWING,
@@ -19,6 +20,7 @@ from depthsim.gap.depth.fit.changes import (
     where_they_begin,
 )
 from depthsim.gap.depth.fit.fitting import Trial
+from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.traits import is_anywhere
 from depthsim.gap.depth.fit.validate import Validator
@@ -28,26 +30,31 @@ from depthsim.sensor.effect import effect_class
 def beneath(search: Search, found: Trial) -> Trial:
     """What is found, or with a cause of holes anywhere beside one whose holes grow."""
     model = found.model
-    there = {part.effect for part in model.parts}
-    anywhere = [c for c in search.bank if c.effect not in there and is_anywhere(c.effect) and not c.in_place]
+    others = anywhere(search, model)
     for number, part in enumerate(model.parts):
         effect, less = effect_class(part.effect), model.less(number)
         is_new = not has_effect(search.base, part.effect)
-        if not (anywhere and is_new and effect.kinds[0] == "missing" and effect.axes[:1] and effect.axes[0] in GROWING):
+        if not (others and is_new and effect.kinds[0] == "missing" and effect.axes[:1] and effect.axes[0] in GROWING):
             continue
         before = less.build(search.base)
         if not lies_beneath(search.validator, effect.axes[0], before, model.build(search.base)):
             continue
-        under = search.begin(anywhere[0], before)
+        under = search.begin(others[0], before)
         begun = less.plus(under) if less.parts else under
         begun = begun.plus(search.begin(part, begun.build(search.base)))
         both = search.validated(search.fit(begun, 4, elsewhere=True))
         under_alone = both.model.less(len(both.model.parts) - 1).build(search.base)
         still = lies_beneath(search.validator, effect.axes[0], under_alone, both.model.build(search.base))
         if both.gap < found.gap and not still:
-            search.say(f"{anywhere[0].effect} beneath {part.effect}")
+            search.say(f"{others[0].effect} beneath {part.effect}")
             return both
     return found
+
+
+def anywhere(search: Search, model: Model) -> list[Candidate]:
+    """What of the bank loses pixels anywhere, and is not in the model yet."""
+    there = {part.effect for part in model.parts}
+    return [one for one in search.bank if is_anywhere(one.effect) and one.effect not in there and not one.in_place]
 
 
 def lies_beneath(validator: Validator, axis: str, before: Effects, after: Effects) -> bool:

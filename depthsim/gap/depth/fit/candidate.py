@@ -1,7 +1,7 @@
 """One thing that may be wrong with a simulator, with what of it is fitted and where that begins."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,11 @@ class Candidate:
     starts: tuple[tuple[float, ...], ...]
     replaces: frozenset[str] = frozenset()
     in_place: bool = False
+
+    def only(self, kept: Sequence[int]) -> "Candidate":
+        """The same with some of its free parameters alone, by number; the others stay at what has no effect."""
+        starts = dict.fromkeys(tuple(values[k] for k in kept) for values in self.starts)
+        return replace(self, free=tuple(self.free[k] for k in kept), starts=tuple(starts))
 
     def parameters(self, x: Vector) -> dict[str, Any]:
         """The effect's parameters at ``x``."""

@@ -1,17 +1,16 @@
 """Causes of a whole model that are confirmed: each closes something, and acts where the others leave a gap."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from depthsim.gap.depth.fit.enough import is_alike
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.shapley import credit
+from depthsim.gap.selection import Refuse
 from depthsim.sensor.effect import effect_class
 
 
-def confirmed(search: Search, refuse: Callable[[str, float, str], None], model: Model, *, first: bool = False) -> Model:
+def confirmed(search: Search, refuse: Refuse, model: Model, *, first: bool = False) -> Model:
     """The causes that close something, and act where the gap lies that the others leave. refuse: hears of the rest.
 
     first: whether to stop at the first that does not, so that another cause can be looked for in its place before the

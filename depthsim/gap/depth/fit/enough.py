@@ -25,7 +25,7 @@ def is_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence[Tria
     others = [other for other in leaders if other.newest.effect != trial.newest.effect]
     if chain.model is None:
         return _is_enough_alone(search, chain, trial, others)
-    if _has_no_holes_to_fill(search, chain, trial):
+    if _is_for_filled_holes(search, chain, trial):
         return False
     limit, gained, left = search.config.select, chain.gap - trial.gap, max(chain.score.above, 1e-12)
     faint = search.config.significance.faint * chain.score.floor
@@ -47,7 +47,7 @@ def _is_enough_alone(search: Search, chain: Chain, trial: Trial, others: Sequenc
     return closes_enough_alone(chain.gap - trial.gap, most, _closable(search, trial), search.config.select)
 
 
-def _has_no_holes_to_fill(search: Search, chain: Chain, trial: Trial) -> bool:
+def _is_for_filled_holes(search: Search, chain: Chain, trial: Trial) -> bool:
     """Whether an effect is for fewer holes, where a cause fills them: by another formula none are left, or fewer."""
     if any(map(is_filling, chain.named)) and search.is_less(trial, GONE):
         return True
@@ -61,8 +61,8 @@ def _is_leftover(search: Search, chain: Chain, trial: Trial, is_apart: bool) -> 
     effect, limit, gained = trial.newest.effect, search.config.select, chain.gap - trial.gap
     if gained < limit.alike * search.whole and is_alike(effect, chain.named) and not search.lies_apart(trial.model):
         return True
-    kind, made = effect_class(effect).kinds[0], {one for name in chain.named for one in _formula_of(name)}
-    by_material = any(isinstance(free.key, tuple) for free in trial.newest.free)
+    kind, made = effect_class(effect).kinds[0], _made_by_formulas(chain)
+    by_material = any(free.by_material for free in trial.newest.free)
     if kind in ("bias", "spread", "missing") and kind in made and gained < limit.least * search.whole:
         # As much is left by the formula of the first.
         is_its_own = _is_of_one_material if by_material else _is_by_its_own_axis
@@ -82,7 +82,7 @@ def _is_rivalled(search: Search, chain: Chain, trial: Trial, others: Sequence[Tr
     along = search.left_along(trial.model)
     learned = learned_of(effect)  # as much as other frames say for sure is there
     acts = along is not None and (bool(learned) or along <= limit.left_alone)
-    made = {one for name in chain.named for one in _formula_of(name)}
+    made = _made_by_formulas(chain)
     anywhere = not effect.axes and (effect.kinds[0] not in made or effect.kinds[0] == "missing")
     if anywhere and search.acts(trial.model):
         acts, others = True, [other for other in others if not _is_outdone(other, trial)]
@@ -148,6 +148,10 @@ def _leaves_little_of_its_own(search: Search, chain: Chain, trial: Trial) -> boo
     if along is None or along > search.config.select.left_alone:
         return False
     return not any(search.disagreement(trial.model, k, alone=True) for k in range(len(chain.named)))
+
+
+def _made_by_formulas(chain: Chain) -> set[str]:
+    return {kind for name in chain.named for kind in _formula_of(name)}
 
 
 def _formula_of(effect: str) -> Sequence[str]:

@@ -36,6 +36,11 @@ class Free:
         return self.key if isinstance(self.key, str) else self.key[0]
 
     @property
+    def by_material(self) -> bool:
+        """Whether every material has one."""
+        return isinstance(self.key, tuple)
+
+    @property
     def label(self) -> str:
         """As it is reported: ``sigma`` or ``m.cement``."""
         return self.key if isinstance(self.key, str) else ".".join(self.key)

@@ -4,26 +4,23 @@ A pattern with all that the biases beside it explain, such as an offset of the d
 not 0, or a turned mount for one that is a ramp. A noise in another form, beside which another noise was for what the
 one form leaves, such as that of each material for one that grows to the corners in proportion to what is there. Or a
 law of the noise in place of the simulator's own, to which it was added before the other causes were there. A filter,
-for less noise that goes together.
+for less noise that goes together. Holes anywhere, for as many of each material.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from itertools import permutations, product
 
 import numpy as np
 
+from depthsim.gap.depth.fit.beneath import anywhere
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.ties import surely_worse
-from depthsim.gap.depth.fit.traits import is_anywhere, is_filter
-from depthsim.gap.selection import is_tie
+from depthsim.gap.depth.fit.traits import is_filter
+from depthsim.gap.selection import Refuse, is_tie
 from depthsim.sensor.effect import effect_class
-
-Refuse = Callable[[str, float, str], None]
-"""Hears of an effect that is no cause, the share of the gap that it closes, and why."""
 
 
 def biases_in_one(search: Search, found: Trial) -> Trial:
@@ -82,31 +79,32 @@ def noises_in_one(search: Search, found: Trial, refuse: Refuse) -> Trial:
     best = _first_that_acts(search, trials, enough)
     if best is None:
         return _less_both(search, found, [trial for trial in trials if trial.gap < found.gap], refuse)
-    gone = _gone(found, best)
-    search.say(f"{best.newest.effect} in another form, without {' and '.join(gone)}")
+    search.say(f"{best.newest.effect} in another form, without {' and '.join(_gone(found, best))}")
     return best
 
 
 def _less_both(search: Search, found: Trial, better: Sequence[Trial], refuse: Refuse) -> Trial:
     """What is found, without the two noises that the first of ``better`` does for, if that surely leaves less."""
-    model = found.model
-    before = model.build(search.base)
+    before = found.model.build(search.base)
     sure = (one for one in better if surely_worse(search.validator, before, one.model.build(search.base)))
     if (one := next(sure, None)) is None:
         return found
-    two = {one.newest.effect, *_gone(found, one)}
-    for number in reversed(range(len(model.parts))):
+    alone, others = one.newest.effect, found.model
+    two = [alone, *_gone(found, one)]
+    for number in reversed(range(len(found.model.parts))):
         if (effect := found.model.parts[number].effect) in two:
-            without = search.validated(found.model.less(number)).gap
-            why = f"leaves more beside {' and '.join(two - {effect})} than {one.newest.effect} alone, which is none"
-            refuse(effect, (without - found.gap) / search.whole, why)
-            model = model.less(number)
-    search.say(f"{' and '.join(two)} are no causes: {one.newest.effect} alone leaves less, and is none")
-    return search.validated(search.fit(model, 3) if model.parts else model)
+            beside = " and ".join(name for name in two if name != effect)
+            closed = search.validated(found.model.less(number)).gap - found.gap
+            refuse(effect, closed / search.whole, f"leaves more beside {beside} than {alone} alone, which is none")
+            others = others.less(number)
+    search.say(f"{' and '.join(two)} are no causes: {alone} alone leaves less, and is none")
+    return search.validated(search.fit(others, 3) if others.parts else others)
 
 
-def _gone(found: Trial, best: Trial) -> set[str]:
-    return {part.effect for part in found.model.parts} - {part.effect for part in best.model.parts}
+def _gone(found: Trial, other: Trial) -> list[str]:
+    """The causes that are found and that another trial is without."""
+    kept = {part.effect for part in other.model.parts}
+    return [part.effect for part in found.model.parts if part.effect not in kept]
 
 
 def smoothed_in_one(search: Search, found: Trial) -> Trial:
@@ -130,7 +128,7 @@ def smoothed_in_one(search: Search, found: Trial) -> Trial:
     best = _first_that_acts(search, trials, enough)
     if best is None:
         return found
-    search.say(f"{best.newest.effect} in place of {' and '.join(there - {one.effect for one in best.model.parts})}")
+    search.say(f"{best.newest.effect} in place of {' and '.join(_gone(found, best))}")
     return best
 
 
@@ -141,26 +139,31 @@ def holes_anywhere(search: Search, found: Trial) -> Trial:
     what loses pixels of some of them by another formula, whatever that leaves there.
     """
     model = found.model
-    there = {part.effect for part in model.parts}
-    anywhere = [c for c in search.bank if is_anywhere(c.effect) and c.effect not in there and not c.in_place]
-    ways = []
-    for number, own in enumerate(model.split(model.x)):
-        part, less = model.parts[number], model.less(number)
-        rates = [f.decode(v) for f, v in zip(part.free, own, strict=True) if isinstance(f.key, tuple)]
-        if model.effects[number].kinds != ("missing",) or len(rates) < len(part.free) or not rates:
-            continue
-        level = float(np.median(rates))
-        more = [k for k, rate in enumerate(rates) if rate > search.config.select.more_than_others * level]
-        few = Model((replace(part, free=tuple(part.free[k] for k in more)),), own[more])
-        ways += [(begun, one) for one in anywhere for begun in (less, less.plus(few)) if level > 0]
     enough = found.gap + search.config.significance.faint * search.floor
-    for less, one in ways:
+    ways = [way for number in range(len(model.parts)) for way in _without_the_alike(search, model, number)]
+    for less, one in product(ways, anywhere(search, model)):
         trial = _first_that_acts(search, [_with(search, less, one, 4)], enough)
         if trial is not None:
             gone = _gone(found, trial)
-            search.say(f"{one.effect} {'in place of ' + gone.pop() if gone else 'beneath'}")
+            search.say(f"{one.effect} {'in place of ' + ' and '.join(gone) if gone else 'beneath'}")
             return trial
     return found
+
+
+def _without_the_alike(search: Search, model: Model, number: int) -> list[Model]:
+    """The model without a cause of holes of each material, and with that of the materials alone that lose more than
+    most; nothing of another cause, or where most lose none."""
+    part, less = model.parts[number], model.less(number)
+    if model.effects[number].kinds != ("missing",) or not part.free or not all(one.by_material for one in part.free):
+        return []
+    own = model.split(model.x)[number]
+    rates = np.array([free.decode(value) for free, value in zip(part.free, own, strict=True)])
+    level = float(np.median(rates))
+    if level == 0:
+        return []
+    more = np.flatnonzero(rates > search.config.select.more_than_others * level).tolist()
+    few = Model((part.only(more),), own[more])
+    return [less, less.plus(few)] if more else [less]
 
 
 def _first_that_acts(search: Search, trials: Iterable[Trial], enough: float) -> Trial | None:

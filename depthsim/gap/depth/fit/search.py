@@ -253,10 +253,9 @@ class Search(Screening):
         *xs, own = trial.model.split(trial.model.x)
         enough = before - self.config.select.of_one * (before - trial.gap)
         for k, free in enumerate(newest.free):
-            if isinstance(free.key, tuple):
-                kept = [n for n, one in enumerate(newest.free) if n == k or not isinstance(one.key, tuple)]
-                alone = replace(newest, free=tuple(newest.free[n] for n in kept))
-                model = Model((*others, alone), np.concatenate([*xs, own[kept]]))
+            if free.by_material:
+                kept = [n for n, one in enumerate(newest.free) if n == k or not one.by_material]
+                model = Model((*others, newest.only(kept)), np.concatenate([*xs, own[kept]]))
                 if self.validated(model).gap <= enough:
                     return True
         return False
@@ -398,7 +397,7 @@ class Search(Screening):
         Light from one side is not on the way to light from another.
         """
         candidate, config = model.parts[-1], self.config.fit
-        if not self.is_flexible(candidate) or any(isinstance(free.key, tuple) for free in candidate.free):
+        if not self.is_flexible(candidate) or any(free.by_material for free in candidate.free):
             return model
         _, target, roots = self._on(self._few)
         places = starts(candidate, base, roots(tuple(base)), target, roots)[0][: config.places]
