@@ -520,6 +520,15 @@ def test_noise_of_a_material_is_not_for_what_another_noise_leaves_on_a_slant(
     assert agreement.is_theirs(one.validator, one.effect, (), ()) == (is_left and is_beside)
 
 
+@given(st.floats(0, 1))
+def test_what_is_left_of_noise_is_counted_wherever_it_lies(left: float) -> None:
+    gap, still = changes(SPREAD, 0.25, [0.0, 0.25, 0.0]), changes(SPREAD, 0.25 * left, [0.25 * left, 0.0, 0.0])
+    one = asked("material_noise", gap, still, gap)
+    known = {"without": gap, "with": still}
+    validator = SimpleNamespace(once=lambda work, effects: known[effects])
+    assert agreement.left_in_all(cast("Validator", validator), one.effect, "without", "with") == pytest.approx(left)
+
+
 @pytest.mark.parametrize(
     ("effect", "other", "left", "is_own"),
     [

@@ -42,6 +42,7 @@ class FakeSearch:
         self.leaves = lambda of, score: True
         self.is_early = lambda of: False
         self.is_known = self.is_theirs = self.is_its_own = lambda of: False
+        self.left_in_all = lambda of: 1.0
 
     def validated(self, of: Model) -> Trial:
         return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])
@@ -69,11 +70,12 @@ def leaving(along: float | None, others: str | None, *, flexible: bool = False) 
     return search
 
 
-def closes_enough(search: Any, gap: float, named: str, trial: Trial) -> bool:
-    """Whether a trial closes enough of a gap, all of it over the floor, that a cause has left."""
+def closes_enough(search: Any, gap: float, named: str, trial: Trial, near: float = 0.5) -> bool:
+    """Whether a trial closes enough of a gap, all of it over the floor, that a cause has left. near: what another
+    effect closes, beside what this one does."""
     begun = chain(gap, named)
     begun.score = SimpleNamespace(above=gap, floor=0.0)
-    return is_enough(search, begun, trial, [trial])
+    return is_enough(search, begun, trial, [trial, Trial(model("specular_dropout"), gap - near * (gap - trial.gap))])
 
 
 def test_a_cause_in_the_place_of_another_leaves_other_things(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -473,6 +475,34 @@ def test_a_small_cause_with_many_parameters_is_known_along_an_axis_of_its_own(
     """A shadow beside light that makes most of the holes: the light must not be another effect beside it."""
     search = leaving(along, others, flexible=True)
     assert closes_enough(search, 0.07, "ambient_light", Trial(model("stereo_shadow"), 0.03)) == enough
+
+
+@pytest.mark.parametrize(
+    ("near", "along", "others", "enough"),
+    [
+        (0.3, None, None, True), (0.4, None, None, False), (0.3, 0.5, None, False),
+        (0.3, None, "is another", False),
+    ],
+)  # fmt: skip
+def test_where_no_other_comes_near_what_is_left_may_lie_along_axes_of_others(
+    near: float, along: float | None, others: str | None, enough: bool
+) -> None:
+    """Light beside holes on a slant: where it falls, all of the scene's axes are the slant's as well."""
+    search = leaving(along, others, flexible=True)
+    trial = Trial(model("ambient_light"), 0.03)
+    assert closes_enough(search, 0.07, "incidence_dropout", trial, near) == enough
+    little = replace(trial, gap=0.04)  # less than half of what is left
+    assert not closes_enough(search, 0.07, "incidence_dropout", little, near)
+
+
+@pytest.mark.parametrize(("near", "left", "enough"), [(0.3, 0.05, True), (0.4, 0.05, False), (0.3, 0.06, False)])
+def test_noise_by_material_that_leaves_none_is_no_leftover(near: float, left: float, enough: bool) -> None:
+    """Beside a filter by another formula, whose axis has as much of it."""
+    search = leaving(0.1, None)
+    search.is_theirs, search.left_in_all = (lambda of: True), (lambda of: left)
+    free = (Free(("gain", "wood"), -9, 9, log=False, step=0.1),)
+    trial = Trial(Model((Candidate("material_noise", free, {}, ((),)),), np.zeros(1)), 0.004)
+    assert closes_enough(search, 0.016, "spatial_filter", trial, near) == enough
 
 
 @pytest.mark.parametrize(

@@ -134,7 +134,7 @@ class AmbientLight(Effect):
         unit="share",
         about="of the light that what lies in another surface's shadow lacks",
         source="none: many a mesh of a room has walls in place of windows",
-        starts=(0.0,),
+        starts=(0.0, 1.0),
     )
     falloff: float = parameter(
         0.0,

@@ -40,6 +40,6 @@ def _between(free: Free, low: float, high: float) -> Free:
 
 
 def _product(grids: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:
-    """The first ten of all combinations."""
+    """The first sixteen of all combinations."""
     every = list(product(*grids))
-    return tuple(every[:10])
+    return tuple(every[:16])

@@ -87,6 +87,13 @@ def left_along(validator: Validator, effect: type[Effect], before: Effects, afte
     return max(float(left.varies[k, first]), 0.0) / float(gap.varies[k, first])
 
 
+def left_in_all(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> float:
+    """Share that ``effect`` leaves of all errors of the kind that it mainly makes, wherever they lie."""
+    gap, left = (validator.once(against, effects) for effects in (before, after))
+    k = KINDS.index(effect.kinds[0]) if effect.kinds[0] in KINDS else ALL
+    return max(float(left.whole[k]), 0.0) / max(float(gap.whole[k]), 1e-12)
+
+
 def is_theirs(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
     """Whether errors of the kind that ``effect`` makes change more along an axis of another cause of that kind than
     along the one that it is known by: then they are what that one's formula leaves."""

@@ -32,7 +32,7 @@ def is_enough(search: Search, chain: Chain, trial: Trial, leaders: Sequence[Tria
     is_apart = gained >= max(faint, limit.further_apart * left)
     if is_apart and _stood_for_both(search, chain, trial):
         return True
-    if _is_leftover(search, chain, trial, is_apart):
+    if _is_leftover(search, chain, trial, others, is_apart):
         return False
     if closes_enough(gained, left, search.whole, faint, limit):
         return True
@@ -55,7 +55,7 @@ def _is_for_filled_holes(search: Search, chain: Chain, trial: Trial) -> bool:
     return any(map(fills_besides, chain.named)) and search.is_less(trial) and little
 
 
-def _is_leftover(search: Search, chain: Chain, trial: Trial, is_apart: bool) -> bool:
+def _is_leftover(search: Search, chain: Chain, trial: Trial, others: Sequence[Trial], is_apart: bool) -> bool:
     """Whether what an effect closes may be what the formulas of the causes leave. is_apart: whether it closes as much
     of what is left as one that acts by itself must."""
     effect, limit, gained = trial.newest.effect, search.config.select, chain.gap - trial.gap
@@ -69,7 +69,7 @@ def _is_leftover(search: Search, chain: Chain, trial: Trial, is_apart: bool) -> 
         return not (is_apart and is_its_own(search, chain, trial))
     is_flexible = by_material or search.is_flexible(trial.newest)
     little = gained < limit.further * search.whole
-    return is_flexible and little and not _is_no_leftover(search, chain, trial, by_material)
+    return is_flexible and little and not _is_no_leftover(search, chain, trial, others, by_material)
 
 
 def _is_rivalled(search: Search, chain: Chain, trial: Trial, others: Sequence[Trial]) -> bool:
@@ -103,14 +103,27 @@ def _is_outdone(other: Trial, by: Trial) -> bool:
     return more and other.gap >= by.gap and not is_other_kind(other, by)
 
 
-def _is_no_leftover(search: Search, chain: Chain, trial: Trial, by_material: bool) -> bool:
+def _is_no_leftover(search: Search, chain: Chain, trial: Trial, others: Sequence[Trial], by_material: bool) -> bool:
     """Whether an effect with so many parameters, which takes up some of what the formulas of others leave, is a cause.
 
     It closes all that is left, or leaves little along an axis that is no other's, beside which the others stay causes.
+    What a formula leaves, many come near to. So where no other does, it may lie along axes that are others' as well;
+    and if the effect leaves nearly none of its kind of errors, it need not be of one material.
     """
     if chain.gap - trial.gap >= search.config.agreement.nearly_all * chain.score.above:
         return search.acts(trial.model)
-    return _is_of_one_material(search, chain, trial) if by_material else _leaves_little_of_its_own(search, chain, trial)
+    is_alone = _is_alone(search, chain, trial, others)
+    leaves_none = is_alone and search.left_in_all(trial.model) <= 1 - search.config.agreement.nearly_all
+    if by_material and not leaves_none:
+        return _is_of_one_material(search, chain, trial)
+    return _leaves_little_of_its_own(search, chain, trial, is_alone=is_alone)
+
+
+def _is_alone(search: Search, chain: Chain, trial: Trial, others: Sequence[Trial]) -> bool:
+    """Whether an effect closes most of what is left, and so many times what any other does."""
+    gained, limit = chain.gap - trial.gap, search.config.select
+    most = max((chain.gap - other.gap for other in others), default=0.0)
+    return gained >= max(limit.further_of_left * chain.score.above, limit.first_apart_times * most)
 
 
 def _is_of_one_material(search: Search, chain: Chain, trial: Trial) -> bool:
@@ -140,12 +153,15 @@ def _is_by_its_own_axis(search: Search, chain: Chain, trial: Trial) -> bool:
     return is_plain and search.is_its_own(trial.model) and _leaves_little_of_its_own(search, chain, trial)
 
 
-def _leaves_little_of_its_own(search: Search, chain: Chain, trial: Trial) -> bool:
-    """Whether an effect leaves little along an axis that is no other's, beside which the others stay causes."""
+def _leaves_little_of_its_own(search: Search, chain: Chain, trial: Trial, *, is_alone: bool = False) -> bool:
+    """Whether an effect leaves little along an axis that is no other's, beside which the others stay causes.
+
+    is_alone: whether there need not be such an axis.
+    """
     if not search.acts(trial.model):
         return False
     along = search.left_along(trial.model)
-    if along is None or along > search.config.select.left_alone:
+    if not (is_alone if along is None else along <= search.config.select.left_alone):
         return False
     return not any(search.disagreement(trial.model, k, alone=True) for k in range(len(chain.named)))
 

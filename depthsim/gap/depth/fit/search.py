@@ -11,6 +11,7 @@ from depthsim.gap.depth.fit.agreement import (
     is_its_own,
     is_theirs,
     left_along,
+    left_in_all,
     left_of_change,
 )
 from depthsim.gap.depth.fit.candidate import Candidate
@@ -71,6 +72,10 @@ class Search(Screening):
     def left_along(self, model: Model) -> float | None:
         """What the newest part of a model leaves, see :func:`agreement.left_along`."""
         return left_along(self.validator, *self._newest(model))
+
+    def left_in_all(self, model: Model) -> float:
+        """What the newest part of a model leaves of its kind of errors, see :func:`agreement.left_in_all`."""
+        return left_in_all(self.validator, *self._newest(model))
 
     def lies_apart(self, model: Model) -> bool:
         """Whether the newest part of a model makes holes along the axis that it is known by, and where none of the
