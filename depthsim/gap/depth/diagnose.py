@@ -206,7 +206,9 @@ def _explained(
     kept = _acting(found, where)
     refused = [part.effect for part in found[1].model.parts]
     were_registered = compared.poses is not None and found[0].poses is None  # their geometry is gone
-    if kept[1].model.parts or found[2] or were_registered or not withdraw.is_for_another(found[1], where):
+    if not refused or kept[1].model.parts or found[2] or were_registered:
+        return kept
+    if not withdraw.is_for_another(found[1], where):
         return kept
     say(f"looking for causes once more, without {' and '.join(refused)}")
     again = _acting(explain(compared, (*without, *refused), say), where)
