@@ -113,9 +113,10 @@ def _is_no_leftover(search: Search, chain: Chain, trial: Trial, others: Sequence
     if chain.gap - trial.gap >= search.config.agreement.nearly_all * chain.score.above:
         return search.acts(trial.model)
     is_alone = _is_alone(search, chain, trial, others)
-    leaves_none = is_alone and search.left_in_all(trial.model) <= 1 - search.config.agreement.nearly_all
-    if by_material and not leaves_none:
-        return _is_of_one_material(search, chain, trial)
+    if by_material:
+        most = 1 - search.config.agreement.nearly_all
+        if not (is_alone and search.left_in_all(trial.model) <= most):
+            return _is_of_one_material(search, chain, trial)
     return _leaves_little_of_its_own(search, chain, trial, is_alone=is_alone)
 
 
