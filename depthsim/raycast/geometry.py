@@ -23,7 +23,8 @@ class Geometry:
     right_sees: uint8, 1 where no surface hides the point from the right imager, 0 where one does and where nothing is
         hit; None where it was not asked for.
         Points that leave the right image at its border count as seen: that band is an effect of its own.
-    kept: what was made of these pictures last, by name, where many sensors see them; None where they are written over.
+    kept: what was made of these pictures last, by name and numbers, where many sensors see them; None where they are
+        written over.
     """
 
     depth: NDArray[np.float32]
@@ -31,16 +32,23 @@ class Geometry:
     cosine: NDArray[np.float32]
     tag: NDArray[np.uint8]
     right_sees: NDArray[np.uint8] | None = None
-    kept: dict[str, tuple[tuple[float, ...], NDArray[Any]]] | None = field(default=None, repr=False, compare=False)
+    kept: dict[str, dict[tuple[float, ...], NDArray[Any]]] | None = field(default=None, repr=False, compare=False)
 
-    def once(self, name: str, of: tuple[float, ...], make: Callable[[], NDArray[Any]]) -> NDArray[Any]:
-        """What ``make`` makes of these pictures alone, with the numbers ``of``; made once where that is kept."""
+    def once(self, name: str, of: tuple[float, ...], make: Callable[[], NDArray[Any]], room: int = 0) -> NDArray[Any]:
+        """What ``make`` makes of these pictures alone, with the numbers ``of``; made once where that is kept.
+
+        room: [bytes] for what was made with other numbers before; what was asked for last is kept without.
+        """
         if self.kept is None:
             return make()
-        known = self.kept.get(name)
-        if known is None or known[0] != of:
-            known = self.kept[name] = of, make().copy()
-        return known[1]
+        known = self.kept.setdefault(name, {})
+        found = known.pop(of, None)
+        if found is None:
+            found = make().copy()
+            for oldest in list(known)[: max(0, len(known) - room // max(found.nbytes, 1))]:
+                known.pop(oldest, None)  # another thread may have let go of it
+        known[of] = found
+        return found
 
     @classmethod
     def empty(cls, shape: tuple[int, ...], right: bool) -> "Geometry":

@@ -24,6 +24,9 @@ from depthsim.sensor.seen import Seen
 from depthsim.sensor.view import View
 from depthsim.units import to_depth_raw, to_metres
 
+_OF_OTHER_SUNS = 200_000
+"""Bytes of what the sun reaches from other sides in a frame, that are kept where many sensors see it."""
+
 
 def acting(effects: Sequence[Effect]) -> list[Effect]:
     """Those that change anything, in the order in which they act."""
@@ -201,7 +204,11 @@ class Pipeline:
             stamps = view.stamp if view.rows is None else view.rows
             return caster.reached(self.camera, view.pose, depth, direction, e.threads, stamps, view.rays, clear)
 
-        return geometry.once("reached", tuple(map(float, direction)), cast)
+        if geometry.kept is None:
+            return cast()
+        of, size = tuple(map(float, direction)), geometry.depth.size
+        packed = geometry.once("reached", of, lambda: np.packbits(cast()), _OF_OTHER_SUNS)
+        return np.unpackbits(packed, count=size).reshape(geometry.depth.shape)
 
     def _finish(self, frame: Frame, exposure: Exposure, past: Past | None) -> None:
         """Round to whole units: what is done to a picture after it has left the camera is done to those."""

@@ -66,6 +66,26 @@ def test_the_diagnosis_simulates_what_an_effect_does(name: str, kind: str) -> No
     agree([effect_class(name)()], kind)
 
 
+def test_shadows_that_are_kept_are_those_that_are_cast() -> None:
+    """From sides that are asked for in turn, as a fit does, and from more than there is room for."""
+    materials, pose, none = load_materials(), np.diag([1.0, -1, -1, 1]), np.empty(0, np.float32)
+    scene = as_scene(box((-2, -1.5, -3), (2.5, 1.5, -2.9)), box((-0.3, -0.3, -1.7), (0.2, 0.6, -1.2)))
+    still, caster = Motion.still(pose), Caster(scene)
+    met = caster.cast(CAMERA, pose)
+    frame = CleanFrame(INDEX, STAMP, pose, CAMERA, CAMERA.rows, met, none, none, np.empty((0, 0), np.uint16))
+    replay, found = Replay(caster, materials, still), set()
+    sides = [(10.0, 40.0), (130.0, 20.0), (10.0, 40.0), *((a / 2, 30.0) for a in range(-300, 300)), (10.0, 40.0)]
+    for azimuth, elevation in sides:
+        effects = [effect_class("ambient_light")(azimuth=azimuth, elevation=elevation, holes=0.9, shadows=1.0)]
+        units = replay.measure(effects, frame, FITTING)
+        found.add(units.tobytes())
+        if elevation != 30 or azimuth % 90 == 0:
+            fresh = Sensor(caster, CAMERA, effects, materials)
+            seen = fresh.measure(pose, index=INDEX, stamp=STAMP, seed=FITTING, motion=still)
+            np.testing.assert_array_equal(units, seen.depth_raw)
+    assert len(found) > 20
+
+
 def _taken(effects: list[Effect], camera: Camera, seed: int) -> NDArray[np.float64]:
     """The disparity that the diagnosis makes of a frame [px], NaN in holes."""
     pose, none = MOVING.at(STAMP)[0], np.empty(0, np.float32)

@@ -86,17 +86,19 @@ class Screening(Fitting):
         places, gain = starts(candidate, base, here, target, roots)
         flat = long and np.isinf(gain)
         slopes = promised(places[0], base, here, target, roots, self.config.fit) if flat else np.inf
-        return _Begun(places[0], more * gain, more * slopes)
+        return _Begun(replace(places[0], loss=more * places[0].loss), more * gain, more * slopes)
 
     def _nearer(self, number: int, place: Model, base: tuple[Effect, ...], without: float) -> Model:
-        """One of the bank, fitted for a few rounds on a few frames. without: the loss of what is there already."""
-        _, target, roots = self._on(self._few)
-        if self.takes_long(self.bank[number].effect):
-            place = replace(place, loss=self.loss_on_few(place.build(base)))
-        if all(free.whole for free in place.free):  # which have no slopes
-            return place
-        rounds = 1 if place.loss <= without else self.config.fit.rounds_from_beyond
-        return replace(refine(place, base, target, roots, self.config.fit, rounds), jacobian=None)
+        """One of the bank, fitted for a few rounds on a few frames, what takes long on a part of those.
+
+        without: the loss of what is there already, on a few frames.
+        """
+        long = self.takes_long(self.bank[number].effect)
+        _, target, roots = self._on(self._few[:1] if long else self._few)
+        if not all(free.whole for free in place.free):  # which have no slopes
+            rounds = 1 if place.loss <= without else self.config.fit.rounds_from_beyond
+            place = replace(refine(place, base, target, roots, self.config.fit, rounds), jacobian=None)
+        return replace(place, loss=self.loss_on_few(place.build(base)))
 
     def takes_long(self, effect: str) -> bool:
         """Whether an effect has the scene cast anew by every trial, or takes many times the pixels."""
