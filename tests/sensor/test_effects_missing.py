@@ -123,6 +123,22 @@ def test_limits_may_cut_the_true_depth(effect: Effect) -> None:
     assert 0 < beyond.mean() < 1
 
 
+@pytest.mark.parametrize("kind", [MinRange, MaxRange])
+@pytest.mark.parametrize("error", [0.0, 1.0])
+def test_limits_may_be_of_the_distance_along_the_ray(kind: type[MinRange | MaxRange], error: float) -> None:
+    noise = MaterialNoise(floor=0.01)
+    plain = measure(noise)
+    limit = 1.03 * float(np.median(plain.clean.depth))
+    measured = measure(noise, kind(depth=limit, error=error, along_ray=1))
+    x, y = CAMERA.rays.astype(np.float64)
+    away = (plain.depth if error else plain.clean.depth) * np.sqrt(1 + x**2 + y**2) - limit
+    lost = away < 0 if kind is MinRange else away > 0
+    sure = np.abs(away) > 1e-5
+    assert np.array_equal(measured.depth[sure], np.where(lost, 0, plain.depth)[sure])
+    by_depth = plain.depth < limit if kind is MinRange else plain.depth > limit
+    assert 0 < lost.mean() < 1 and (lost != by_depth).mean() > 0.05
+
+
 @pytest.mark.parametrize("reach", [1, 3])
 def test_what_is_too_near_takes_its_surroundings_with_it(reach: int) -> None:
     sensor = MaterialNoise(floor=0.05), RangeDropout(rate=0.2)

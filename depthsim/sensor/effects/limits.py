@@ -50,10 +50,29 @@ def _error() -> float:
     return error
 
 
-def _beyond(frame: Frame, name: str, limit: float, softness: float, error: float) -> NDArray[np.float32]:
+def _along_ray() -> float:
+    """What a limit is one of."""
+    along_ray: float = parameter(
+        0.0,
+        low=0,
+        high=1,
+        unit="share",
+        about="0: the limit is one of the depth, 1: of the distance along the ray",
+        source="a matcher's search ends at a depth; software that cuts clouds of points goes by their distance",
+        frozen=True,
+    )
+    return along_ray
+
+
+def _beyond(
+    frame: Frame, name: str, limit: float, softness: float, error: float, along_ray: float
+) -> NDArray[np.float32]:
     """How far each depth lies beyond a limit [m], one limit for all or, where it is soft, drawn for each pixel."""
     depth = frame.depth
     seen = depth if error == 1 else frame.geometry.depth + np.float32(error) * (depth - frame.geometry.depth)
+    if along_ray:
+        x, y = frame.camera.rays
+        seen = seen * (1 + np.float32(along_ray) * (np.sqrt(1 + x * x + y * y) - 1))
     if softness == 0:
         return np.asarray(seen - np.float32(limit), np.float32)
     u = frame.draws(name).uniform(depth.shape)
@@ -78,6 +97,7 @@ class MinRange(Effect):
         {"error": 1.0, "reach": 0},
         {"error": 0.0, "reach": 0},
         {"softness": 0.0, "error": 1.0},
+        {"softness": 0.0, "error": 1.0, "reach": 0, "along_ray": 1.0},
     )
     shown: ClassVar = {"depth": 1.5}
     outgrown: ClassVar = {"softness": _SOFTEST}
@@ -95,6 +115,7 @@ class MinRange(Effect):
     )
     softness: float = _softness(0.03)
     error: float = _error()
+    along_ray: float = _along_ray()
     reach: int = parameter(
         0,
         low=0,
@@ -110,13 +131,13 @@ class MinRange(Effect):
         if self.reach:
             from scipy.ndimage import minimum_filter  # takes a quarter of what all effects need to load
 
-            beyond = _beyond(frame, self.id, self.depth, self.softness, self.error)
+            beyond = _beyond(frame, self.id, self.depth, self.softness, self.error, self.along_ray)
             nearest = minimum_filter(np.where(frame.depth > 0, beyond, np.inf), 2 * self.reach + 1, mode="nearest")
             frame.depth[nearest < 0] = 0
-        elif self.softness == 0 and self.error == 1:
+        elif self.softness == 0 and self.error == 1 and self.along_ray == 0:
             frame.run(keep_between, np.float32(self.depth), np.float32(np.inf), frame.depth.reshape(-1))
         else:
-            frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error) < 0] = 0
+            frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error, self.along_ray) < 0] = 0
 
 
 class MaxRange(Effect):
@@ -129,7 +150,12 @@ class MaxRange(Effect):
     axes = ("range",)
     kinds = ("missing",)
     recording = "one material out to ranges where holes begin"
-    forms = ({"softness": 0.0, "error": 1.0}, {"error": 1.0}, {"error": 0.0})
+    forms = (
+        {"softness": 0.0, "error": 1.0},
+        {"error": 1.0},
+        {"error": 0.0},
+        {"softness": 0.0, "error": 1.0, "along_ray": 1.0},
+    )
     shown: ClassVar = {"depth": 3.5}
     outgrown: ClassVar = {"softness": _SOFTEST}
 
@@ -146,10 +172,11 @@ class MaxRange(Effect):
     )
     softness: float = _softness(0.1)
     error: float = _error()
+    along_ray: float = _along_ray()
 
     def apply(self, frame: Frame) -> None:
         """Set what is farther to 0."""
-        if self.softness == 0 and self.error == 1:
+        if self.softness == 0 and self.error == 1 and self.along_ray == 0:
             frame.run(keep_between, _ZERO, np.float32(self.depth), frame.depth.reshape(-1))
         else:
-            frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error) > 0] = 0
+            frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error, self.along_ray) > 0] = 0
