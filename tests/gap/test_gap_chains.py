@@ -733,9 +733,35 @@ def test_a_filter_comes_before_what_takes_many_times_the_pixels(
     search = FakeSearch()
     search.evidence = SimpleNamespace(camera=None)  # type: ignore[attr-defined]
     search.stands_for_another = lambda of: not is_itself  # type: ignore[attr-defined]
+    search.is_flexible = lambda one: False  # type: ignore[attr-defined]
     leaders = [Trial(model(selected), 0.5), Trial(model("spatial_filter"), 0.6)]
     found = grow._for_the_moment(cast("Search", search), chain(1.0), leaders, leaders[0])
     assert (found.newest.effect if found else None) == taken
+
+
+@pytest.mark.parametrize(
+    ("light", "plain", "noise", "taken"),
+    [
+        (0.1, 0.25, "disparity_noise", "disparity_noise"),
+        (0.1, 0.45, "disparity_noise", "ambient_light"),  # far behind
+        (0.1, 0.25, "material_noise", "ambient_light"),  # which has many parameters, too
+        (0.1, 0.25, "baseline_scale", "ambient_light"),  # which makes another kind of errors
+        (0.1, 0.25, "motion_noise", "ambient_light"),  # which is for another
+        (0.3, 0.25, "disparity_noise", "disparity_noise"),
+    ],
+)
+def test_what_has_few_parameters_is_taken_for_the_moment_where_it_comes_near(
+    monkeypatch: pytest.MonkeyPatch, light: float, plain: float, noise: str, taken: str
+) -> None:
+    """Four times the noise by its own law, beside fattened edges and holes far away: light came near to all three."""
+    monkeypatch.setattr(grow, "is_enough", lambda *_: True)
+    search = FakeSearch()
+    search.stands_for_another = lambda of: of.parts[-1].effect == "motion_noise"  # type: ignore[attr-defined]
+    many = {"ambient_light", "material_noise"}
+    search.is_flexible = lambda one: one.effect in many  # type: ignore[attr-defined]
+    leaders = sorted([Trial(model("ambient_light"), light), Trial(model(noise), plain)], key=lambda one: one.gap)
+    found = grow._for_the_moment(cast("Search", search), chain(1.0), leaders, None)
+    assert found is not None and found.newest.effect == taken
 
 
 def test_holes_beside_light_are_holes_beside_holes() -> None:

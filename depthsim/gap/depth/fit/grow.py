@@ -58,9 +58,21 @@ def _for_the_moment(search: Search, chain: Chain, leaders: Sequence[Trial], sele
         if found is not None and is_enough(search, chain, found, leaders):
             return found
     itself = next((one for one in leaders if not _is_for_another(search, one)), None)
+    itself = _plainer(search, chain, leaders, itself) if itself else None
     if itself and _is_far_ahead(search, itself, selected) and is_enough(search, chain, itself, leaders):
         return itself
     return None
+
+
+def _plainer(search: Search, chain: Chain, leaders: Sequence[Trial], itself: Trial) -> Trial:
+    """What is taken for the moment, or where that has many parameters, what has few, makes the same kind of errors and
+    comes near: an effect with many comes near to two causes together, and leaves nothing by which the second shows."""
+    if not search.is_flexible(itself.newest):
+        return itself
+    enough = (1 - search.config.select.near_of_cause) * (chain.gap - itself.gap)
+    alike = (one for one in leaders if not (search.is_flexible(one.newest) or is_other_kind(one, itself)))
+    near = (one for one in alike if chain.gap - one.gap >= enough and not _is_for_another(search, one))
+    return min(near, key=lambda one: one.gap, default=itself)
 
 
 def _is_for_another(search: Search, trial: Trial) -> bool:
