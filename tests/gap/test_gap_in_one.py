@@ -15,7 +15,14 @@ from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.free import Free
-from depthsim.gap.depth.fit.in_one import biases_in_one, holes_anywhere, law_in_place, noises_in_one, smoothed_in_one
+from depthsim.gap.depth.fit.in_one import (
+    bias_in_other_form,
+    biases_in_one,
+    holes_anywhere,
+    law_in_place,
+    noises_in_one,
+    smoothed_in_one,
+)
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.validate import Validator
@@ -102,6 +109,30 @@ def test_noise_in_another_form_needs_no_other_beside_it(in_proportion: bool, tmp
             corners.id: "leaves more beside material_noise than vignetting_noise alone, which is none",
             noise.id: "leaves more beside vignetting_noise than vignetting_noise alone, which is none",
         }
+    else:
+        assert other is both
+
+
+@pytest.mark.parametrize("decentred", [True, False])
+def test_a_lens_that_is_decentred_needs_no_mount_that_is_off_beside_it(decentred: bool, tmp_path: Path) -> None:
+    """Of one that is not nothing is said before the mount is there; with a mount that is off, both stay."""
+    scene, camera, clean = load_scene("office"), preset("d435", 160, 90), load_profile("clean")
+    lens, mount = effect_class("lens_distortion"), effect_class("extrinsic_translation")
+    bent = [lens(k1=0.015, p1=0.002, p2=-0.002)] if decentred else [lens(k1=0.015), mount(x=0.02, y=-0.01)]
+    sensor = clean.model_copy(update={"effects": (*clean.effects, *bent, effect_class("disparity_noise")(sigma=0.05))})
+    path = load_trajectory("tour", scene, 10.0, 12)
+    generate(scene, path, camera, sensor, tmp_path / "run", seed=3, threads=1)
+    evidence, _ = load_evidence(tmp_path / "run", scene, sensor.effects[-1:], threads=1)
+    bank = [one for one in candidates(evidence.base, setting_of(evidence)) if one.effect in (lens.id, mount.id)]
+    search = Search(evidence, Validator(evidence, evidence.held_out), bank, evidence.base, lambda _: None)
+    found = Model((), np.empty(0))
+    for form in (next(one for one in bank if one.effect == lens.id and "p1" in one.fixed), bank[-1], bank[0])[:2]:
+        found = search.fit(found.plus(search.begin(form, found.build(evidence.base))), 4)
+    both = search.validated(found)
+    other = bias_in_other_form(search, both)
+    if decentred:
+        assert [part.effect for part in other.model.parts] == [lens.id] and other.gap < both.gap
+        assert other.model.parameters(0)["p1"] == pytest.approx(0.002, abs=0.0005)
     else:
         assert other is both
 

@@ -48,6 +48,24 @@ def biases_in_one(search: Search, found: Trial) -> Trial:
     return trial
 
 
+def bias_in_other_form(search: Search, found: Trial) -> Trial:
+    """What is found, or a bias in another form without another bias, where that leaves hardly more."""
+    trials = _in_other_forms(search, found.model, "bias")
+    best = _first_that_acts(search, trials, found.gap + search.config.significance.faint * search.floor)
+    if best is None:
+        return found
+    search.say(f"{best.newest.effect} in another form, without {' and '.join(_gone(found, best))}")
+    return best
+
+
+def _in_other_forms(search: Search, model: Model, kind: str) -> list[Trial]:
+    """The model with one of its errors of a kind in another form, without another one of that kind, in all ways."""
+    alike = [number for number, one in enumerate(model.effects) if one.kinds[0] == kind]
+    others = [(model.parts[k], model.less(max(k, n)).less(min(k, n))) for k, n in permutations(alike, 2)]
+    tried = [(less, form) for part, less in others for form in search.other_forms(part)]
+    return list(search.evidence.side_by_side(lambda one: _with(search, *one, 4), tried))
+
+
 def law_in_place(search: Search, found: Trial) -> Trial:
     """What is found, or a law of the noise in place of the simulator's own, to which it was added, or the other way
     round, where that surely leaves less."""
@@ -70,12 +88,8 @@ def noises_in_one(search: Search, found: Trial, refuse: Refuse) -> Trial:
     Where that surely leaves less, and does not act where the gap lies, the two came near to what it came near to, and
     neither is a cause. refuse: hears of both, with what each closes beside the others.
     """
-    model = found.model
-    noises = [number for number, one in enumerate(model.effects) if one.kinds[0] == "spread"]
-    others = [(model.parts[k], model.less(max(k, n)).less(min(k, n))) for k, n in permutations(noises, 2)]
-    tried = [(less, form) for part, less in others for form in search.other_forms(part)]
+    trials = _in_other_forms(search, found.model, "spread")
     enough = found.gap + search.config.significance.faint * search.floor
-    trials = list(search.evidence.side_by_side(lambda one: _with(search, *one, 4), tried))
     best = _first_that_acts(search, trials, enough)
     if best is None:
         return _less_both(search, found, [trial for trial in trials if trial.gap < found.gap], refuse)

@@ -18,7 +18,13 @@ from depthsim.gap.depth.fit.confirm import confirmed
 from depthsim.gap.depth.fit.finer import with_pattern_beside_biases
 from depthsim.gap.depth.fit.fitting import Fitting, Say, Trial
 from depthsim.gap.depth.fit.grow import grow
-from depthsim.gap.depth.fit.in_one import biases_in_one, holes_anywhere, noises_in_one, smoothed_in_one
+from depthsim.gap.depth.fit.in_one import (
+    bias_in_other_form,
+    biases_in_one,
+    holes_anywhere,
+    noises_in_one,
+    smoothed_in_one,
+)
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.rules import INDEPENDENT
 from depthsim.gap.depth.fit.search import GONE, Search
@@ -60,7 +66,7 @@ def select(evidence: Evidence, validator: Validator, bank: Sequence[Candidate], 
         return Selection(Model((), np.empty(0)), {}, chain.nearest, tuple(chain.looked), chain.is_unfinished)
     found = noises_in_one(search, Trial(chain.model, chain.gap), chain.refuse)
     found = smoothed_in_one(search, found)
-    found = biases_in_one(search, found)
+    found = biases_in_one(search, bias_in_other_form(search, found))
     chain.model = beneath(search, holes_anywhere(search, found)).model
     say("refining the parameters")
     model = search.refined(chain.model) if chain.model.parts else chain.model
