@@ -123,6 +123,35 @@ def test_what_has_few_parameters_takes_the_place_of_what_has_many(
     assert equals == ({} if becomes == "fill_rate" else {"ambient_light": ("fill_rate",)})
 
 
+@pytest.mark.parametrize(
+    ("by_range", "anywhere", "parameters", "becomes"),
+    [
+        (0.200, 0.1995, 2, "fill_rate"),
+        (0.200, 0.2005, 2, "range_dropout"),  # a little more: they are equals
+        (0.200, 0.1995, 1, "range_dropout"),  # which has as few
+    ],
+)
+def test_what_has_fewer_parameters_and_leaves_no_more_takes_the_place(
+    monkeypatch: pytest.MonkeyPatch, by_range: float, anywhere: float, parameters: int, becomes: str
+) -> None:
+    """Holes by the range from 0 m on, behind a limit of the range, for more holes anywhere."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(ties, "surely_worse", lambda *_: False)
+    search: Any = FakeSearch(range_dropout=by_range, fill_rate=anywhere)
+    search.floor, search.is_flexible = 0.03, lambda part: False
+    search.disagreement = lambda of, number: None
+    search.shows_itself = lambda of, number: True
+
+    def trial(effect: str, gap: float, count: int) -> Trial:
+        free = tuple(Free(f"p{n}", 0, 1, False, 0.1) for n in range(count))
+        return Trial(Model((Candidate(effect, free, {}, ((0.0,) * count,)),), np.zeros(count)), gap)
+
+    leaders = [trial("range_dropout", by_range, parameters), trial("fill_rate", anywhere, 1)]
+    found, equals = ties.compare_rivals(search, leaders[0].model, by_range, [leaders], [1.0])
+    assert [part.effect for part in found.parts] == [becomes]
+    assert equals == ({} if becomes == "fill_rate" else {"range_dropout": ("fill_rate",)})
+
+
 @pytest.mark.parametrize(("known", "found"), [((), ("noise",)), (("noise", "pattern"), ())])
 def test_what_comes_back_to_causes_that_are_known_is_followed_no_farther(
     monkeypatch: pytest.MonkeyPatch, known: tuple[str, ...], found: tuple[str, ...]

@@ -24,8 +24,9 @@ def compare_rivals(
 
     What makes nothing of what it is known by, such as noise by motion that is the same all the time, takes no place.
     What has few parameters takes that of what has many, such as holes anywhere that of light, if it leaves next to
-    nothing more. An equal leaves hardly more than a cause does, or not surely, and at most twice as much, if that would
-    be a gap if it were alone.
+    nothing more; and what has fewer, such as holes anywhere that of holes by the range, if it leaves no more. An equal
+    leaves hardly more than a cause does, or not surely, and at most twice as much, if that would be a gap if it were
+    alone.
 
     looked, before: the leaders of each step, and the gap before it.
     """
@@ -55,7 +56,8 @@ def compare_rivals(
             itself = search.shows_itself(other.model, _number(other.model, name))
             plain = search.is_flexible(model.parts[_number(model, cause)]) and not search.is_flexible(rival.newest)
             as_well = plain and more <= search.config.significance.faint * search.floor
-            if itself and (as_well or other.gap < gap - limit.tied * search.whole):
+            fewer = len(rival.newest.free) < len(model.parts[_number(model, cause)].free)
+            if itself and (as_well or (fewer and more <= 0) or other.gap < gap - limit.tied * search.whole):
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
                 cause = name
