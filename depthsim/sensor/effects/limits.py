@@ -64,19 +64,22 @@ def _along_ray() -> float:
     return along_ray
 
 
-def _beyond(
-    frame: Frame, name: str, limit: float, softness: float, error: float, along_ray: float
-) -> NDArray[np.float32]:
+def _is_plain(limit: "MinRange | MaxRange") -> bool:
+    """Whether it cuts the measured depth sharply."""
+    return limit.softness == 0 and limit.error == 1 and limit.along_ray == 0
+
+
+def _beyond(frame: Frame, limit: "MinRange | MaxRange") -> NDArray[np.float32]:
     """How far each depth lies beyond a limit [m], one limit for all or, where it is soft, drawn for each pixel."""
-    depth = frame.depth
-    seen = depth if error == 1 else frame.geometry.depth + np.float32(error) * (depth - frame.geometry.depth)
-    if along_ray:
+    depth, clean = frame.depth, frame.geometry.depth
+    seen = depth if limit.error == 1 else clean + np.float32(limit.error) * (depth - clean)
+    if limit.along_ray:
         x, y = frame.camera.rays
-        seen = seen * (1 + np.float32(along_ray) * (np.sqrt(1 + x * x + y * y) - 1))
-    if softness == 0:
-        return np.asarray(seen - np.float32(limit), np.float32)
-    u = frame.draws(name).uniform(depth.shape)
-    return np.asarray(seen - np.float32(limit) - np.float32(softness) * np.log(u / (1 - u)), np.float32)
+        seen = seen * (1 + np.float32(limit.along_ray) * (np.sqrt(1 + x * x + y * y) - 1))
+    if limit.softness == 0:
+        return np.asarray(seen - np.float32(limit.depth), np.float32)
+    u = frame.draws(limit.id).uniform(depth.shape)
+    return np.asarray(seen - np.float32(limit.depth) - np.float32(limit.softness) * np.log(u / (1 - u)), np.float32)
 
 
 class MinRange(Effect):
@@ -131,13 +134,13 @@ class MinRange(Effect):
         if self.reach:
             from scipy.ndimage import minimum_filter  # takes a quarter of what all effects need to load
 
-            beyond = _beyond(frame, self.id, self.depth, self.softness, self.error, self.along_ray)
+            beyond = _beyond(frame, self)
             nearest = minimum_filter(np.where(frame.depth > 0, beyond, np.inf), 2 * self.reach + 1, mode="nearest")
             frame.depth[nearest < 0] = 0
-        elif self.softness == 0 and self.error == 1 and self.along_ray == 0:
+        elif _is_plain(self):
             frame.run(keep_between, np.float32(self.depth), np.float32(np.inf), frame.depth.reshape(-1))
         else:
-            frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error, self.along_ray) < 0] = 0
+            frame.depth[_beyond(frame, self) < 0] = 0
 
 
 class MaxRange(Effect):
@@ -176,7 +179,7 @@ class MaxRange(Effect):
 
     def apply(self, frame: Frame) -> None:
         """Set what is farther to 0."""
-        if self.softness == 0 and self.error == 1 and self.along_ray == 0:
+        if _is_plain(self):
             frame.run(keep_between, _ZERO, np.float32(self.depth), frame.depth.reshape(-1))
         else:
-            frame.depth[_beyond(frame, self.id, self.depth, self.softness, self.error, self.along_ray) > 0] = 0
+            frame.depth[_beyond(frame, self) > 0] = 0

@@ -2,8 +2,9 @@
 
 A pattern with all that the biases beside it explain, such as an offset of the disparities for a pattern whose mean is
 not 0, or a turned mount for one that is a ramp. A noise in another form, beside which another noise was for what the
-one form leaves, such as that of each material for one that grows to the corners in proportion to what is there. Or a
-law of the noise in place of the simulator's own, to which it was added before the other causes were there. A filter,
+one form leaves, such as that of each material for one that grows to the corners in proportion to what is there. A bias
+likewise, such as a lens that is decentred, beside which a mount that is off was for what it leaves as a centred one. Or
+a law of the noise in place of the simulator's own, to which it was added before the other causes were there. A filter,
 for less noise that goes together. Holes anywhere, for as many of each material.
 """
 
@@ -49,21 +50,8 @@ def biases_in_one(search: Search, found: Trial) -> Trial:
 
 
 def bias_in_other_form(search: Search, found: Trial) -> Trial:
-    """What is found, or a bias in another form without another bias, where that leaves hardly more."""
-    trials = _in_other_forms(search, found.model, "bias")
-    best = _first_that_acts(search, trials, found.gap + search.config.significance.faint * search.floor)
-    if best is None:
-        return found
-    search.say(f"{best.newest.effect} in another form, without {' and '.join(_gone(found, best))}")
-    return best
-
-
-def _in_other_forms(search: Search, model: Model, kind: str) -> list[Trial]:
-    """The model with one of its errors of a kind in another form, without another one of that kind, in all ways."""
-    alike = [number for number, one in enumerate(model.effects) if one.kinds[0] == kind]
-    others = [(model.parts[k], model.less(max(k, n)).less(min(k, n))) for k, n in permutations(alike, 2)]
-    tried = [(less, form) for part, less in others for form in search.other_forms(part)]
-    return list(search.evidence.side_by_side(lambda one: _with(search, *one, 4), tried))
+    """What is found, or one of its biases in another form without another bias, where that leaves hardly more."""
+    return _in_other_form(search, found, _other_forms(search, found.model, "bias")) or found
 
 
 def law_in_place(search: Search, found: Trial) -> Trial:
@@ -88,12 +76,24 @@ def noises_in_one(search: Search, found: Trial, refuse: Refuse) -> Trial:
     Where that surely leaves less, and does not act where the gap lies, the two came near to what it came near to, and
     neither is a cause. refuse: hears of both, with what each closes beside the others.
     """
-    trials = _in_other_forms(search, found.model, "spread")
-    enough = found.gap + search.config.significance.faint * search.floor
-    best = _first_that_acts(search, trials, enough)
-    if best is None:
-        return _less_both(search, found, [trial for trial in trials if trial.gap < found.gap], refuse)
-    search.say(f"{best.newest.effect} in another form, without {' and '.join(_gone(found, best))}")
+    trials = _other_forms(search, found.model, "spread")
+    better = [trial for trial in trials if trial.gap < found.gap]
+    return _in_other_form(search, found, trials) or _less_both(search, found, better, refuse)
+
+
+def _other_forms(search: Search, model: Model, kind: str) -> list[Trial]:
+    """The model with one of its errors of a kind in another form, without another one of that kind, in all ways."""
+    alike = [number for number, one in enumerate(model.effects) if one.kinds[0] == kind]
+    others = [(model.parts[k], model.less(max(k, n)).less(min(k, n))) for k, n in permutations(alike, 2)]
+    tried = [(less, form) for part, less in others for form in search.other_forms(part)]
+    return list(search.evidence.side_by_side(lambda one: _with(search, *one, 4), tried))
+
+
+def _in_other_form(search: Search, found: Trial, trials: Sequence[Trial]) -> Trial | None:
+    """The one of :func:`_other_forms` that acts and leaves least, if that is hardly more than what is found leaves."""
+    best = _first_that_acts(search, trials, _enough(search, found))
+    if best is not None:
+        search.say(f"{best.newest.effect} in another form, without {' and '.join(_gone(found, best))}")
     return best
 
 
@@ -138,8 +138,7 @@ def smoothed_in_one(search: Search, found: Trial) -> Trial:
         if effect_class(one.effect).axes[:1] == effects[pair].axes[:1]
     ]
     trials = search.evidence.side_by_side(lambda way: _with(search, *way, 4), ways)
-    enough = found.gap + search.config.significance.faint * search.floor
-    best = _first_that_acts(search, trials, enough)
+    best = _first_that_acts(search, trials, _enough(search, found))
     if best is None:
         return found
     search.say(f"{best.newest.effect} in place of {' and '.join(_gone(found, best))}")
@@ -153,7 +152,7 @@ def holes_anywhere(search: Search, found: Trial) -> Trial:
     what loses pixels of some of them by another formula, whatever that leaves there.
     """
     model = found.model
-    enough = found.gap + search.config.significance.faint * search.floor
+    enough = _enough(search, found)
     ways = [way for number in range(len(model.parts)) for way in _without_the_alike(search, model, number)]
     for less, one in product(ways, anywhere(search, model)):
         trial = _first_that_acts(search, [_with(search, less, one, 4)], enough)
@@ -178,6 +177,11 @@ def _without_the_alike(search: Search, model: Model, number: int) -> list[Model]
     more = np.flatnonzero(rates > search.config.select.more_than_others * level).tolist()
     few = Model((part.only(more),), own[more])
     return [less, less.plus(few)] if more else [less]
+
+
+def _enough(search: Search, found: Trial) -> float:
+    """What leaves less than this leaves hardly more than what is found."""
+    return found.gap + search.config.significance.faint * search.floor
 
 
 def _first_that_acts(search: Search, trials: Iterable[Trial], enough: float) -> Trial | None:

@@ -98,7 +98,7 @@ class Screening(Fitting):
         if not all(free.whole for free in place.free):  # which have no slopes
             rounds = 1 if place.loss <= without else self.config.fit.rounds_from_beyond
             place = replace(refine(place, base, target, roots, self.config.fit, rounds), jacobian=None)
-        return replace(place, loss=self.loss_on_few(place.build(base)))
+        return replace(place, loss=self.loss_on_few(place.build(base))) if long else place
 
     def takes_long(self, effect: str) -> bool:
         """Whether an effect has the scene cast anew by every trial, or takes many times the pixels."""

@@ -54,9 +54,10 @@ def compare_rivals(
             if search.disagreement(other.model, _number(other.model, name)) is not None:
                 continue
             itself = search.shows_itself(other.model, _number(other.model, name))
-            plain = search.is_flexible(model.parts[_number(model, cause)]) and not search.is_flexible(rival.newest)
+            part = model.parts[_number(model, cause)]
+            plain = search.is_flexible(part) and not search.is_flexible(rival.newest)
             as_well = plain and more <= search.config.significance.faint * search.floor
-            fewer = len(rival.newest.free) < len(model.parts[_number(model, cause)].free)
+            fewer = len(rival.newest.free) < len(part.free)
             if itself and (as_well or (fewer and more <= 0) or other.gap < gap - limit.tied * search.whole):
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
