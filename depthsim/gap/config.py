@@ -175,7 +175,11 @@ class DepthSelect(Section):
     taken_up: float = _value(0.1, "of what it closes, by which a further cause must be ahead of a plainer one")
     tied: float = _value(0.01, "difference of what two close, below which they are ties, however sure it is")
     near: float = _value(0.15, "difference of what two close, above which they are no rivals for a tie")
-    near_of_cause: float = _value(0.3, "the same as a part of what the better one closes")
+    near_of_cause: float = _value(
+        0.3,
+        "the same as a part of what the better one closes; what is taken for the moment may have few parameters, "
+        "and close so much less, in place of many",
+    )
     harms: float = _value(
         0.3, "of what causes close on average, by which they may leave more in a block of frames, however unsure it is"
     )
