@@ -239,6 +239,11 @@ class DepthAgreement(Section):
         8.0,
         "times what a simulated spectrum of errors rises: with more in the recording, they are waves and no noise",
     )
+    seams: float = _value(
+        0.1,
+        "less agreement of neighbours across seams between blocks of pixels than elsewhere: with more than simulated, "
+        "errors are a codec's and no noise",
+    )
     locked: float = _value(
         0.2,
         "by which signs of errors at a pixel, or at a place in the scene, go together more than simulated ones: with "

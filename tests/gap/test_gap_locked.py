@@ -86,7 +86,7 @@ def test_what_stays_at_its_pixel_is_not_carried() -> None:
 
 def held(how: str, recorded: float, simulated: float) -> Validator:
     """By which the recording's errors are held in one way so much, and the simulator's."""
-    none = marks._Held((0, 0), 0, 0, 0)
+    none = marks._Held((0, 0), (0, 4), 0, 0, 0)
     known: dict[Any, marks._Held] = {
         marks._held_recorded: none._replace(**{how: recorded}),
         marks._held_simulated: none._replace(**{how: simulated}),

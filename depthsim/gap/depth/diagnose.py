@@ -20,7 +20,7 @@ from depthsim.gap.depth.explain import explain
 from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit import withdraw
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
-from depthsim.gap.depth.fit.marks import is_carried, waves_beside
+from depthsim.gap.depth.fit.marks import is_carried, seams_beside, waves_beside
 from depthsim.gap.depth.fit.poses import no_poses
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.unseen import in_words, unseen
@@ -246,10 +246,12 @@ def _remarks(
     said = poses.note(poses_are_cause) if poses else "" if selection.model.parts else no_poses(compared.errors)
     length = waves_beside(reported, effects)
     waves = f"the recording's errors come in waves of {length:.3g} px, and no simulated ones" if length else ""
+    side = seams_beside(reported, effects)
+    seams = f"the recording's errors break every {side} columns, as those of a lossy codec do" if side else ""
     carried = _CARRIED if is_carried(reported, effects) else ""
     unfinished = _UNFINISHED if selection.is_unfinished else ""
     named = (cause.effect for cause in selection.model.parts)
-    return *filter(None, (said, waves, carried, unfinished)), *_blind(compared.evidence, (*without, *named))
+    return *filter(None, (said, waves, seams, carried, unfinished)), *_blind(compared.evidence, (*without, *named))
 
 
 def _blind(evidence: Evidence, without: Sequence[str]) -> tuple[str, ...]:

@@ -86,7 +86,7 @@ class TemporalFilter(Effect):
         unit="px",
         about="step of the disparity that is no noise",
         source="librealsense's default, 20 steps of 1/32 px",
-        starts=(20 / 32, 4),
+        starts=(4 / 32, 20 / 32, 4),
         scale="log",
     )
     depth_delta: float = parameter(

@@ -1,6 +1,7 @@
 """Waves of errors, such as a second projector's stripes, or even and odd columns; they may move from frame to frame.
 
 The spectrum of noise is flat, and falls where neighbouring pixels go together. That of waves rises at their frequency.
+And the seams between blocks of pixels, such as those of a lossy codec, across which neighbours do not go together.
 """
 
 from collections.abc import Iterable
@@ -9,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SMOOTH = np.array([0.25, 0.5, 0.25])
+_SIDES = range(4, 17)
+"""[px] Of blocks; a codec's are 4, 8 or 16 wide."""
 
 
 def strongest_wave(signs: Iterable[NDArray[np.int8]]) -> tuple[float, float]:
@@ -30,3 +33,25 @@ def _along_rows(frames: list[NDArray[np.int8]]) -> tuple[float, float]:
     rises = smooth / np.minimum.accumulate(smooth)
     at = int(np.argmax(rises))
     return float(rises[at]), width / (at + 1)
+
+
+def strongest_seam(signs: Iterable[NDArray[np.int8]]) -> tuple[float, int]:
+    """How much less errors agree across seams between blocks of columns than elsewhere, and how wide these are [px].
+
+    signs: as of :func:`strongest_wave`. They agree by the mean product of neighbours in a row. 0 where nothing differs.
+    """
+    agree, known = np.zeros(0), np.zeros(0)
+    for frame in signs:
+        products = frame[:, 1:].astype(np.float64) * frame[:, :-1]
+        agree = products.sum(axis=0) + (agree if agree.size else 0)
+        known = np.abs(products).sum(axis=0) + (known if known.size else 0)
+    best = 0.0, _SIDES[0]
+    for side in _SIDES:
+        whole = len(agree) // side * side
+        if whole < 2 * side:
+            continue
+        seams, pixels = (one[:whole].reshape(-1, side).sum(axis=0) for one in (agree, known))
+        across = seams / np.maximum(pixels, 1)
+        inside = (seams.sum() - seams) / np.maximum(pixels.sum() - pixels, 1)
+        best = max(best, (float((inside - across).max()), side), key=lambda seam: seam[0])
+    return best

@@ -169,7 +169,10 @@ def disagreement(
     asked = replace(_asked(validator, effect, before, after), alone=alone, flexible=flexible)
     why = _of_gap(replace(asked, closes_well=well, nearly_all=all_of_it))
     if why is None and alone and asked.makes_first:
-        kept = (marks.comes_in_waves, marks.shifts_by_frame, marks.stays_at_pixels, marks.stays_in_scene)
+        kept = (
+            marks.comes_in_waves, marks.breaks_at_seams, marks.shifts_by_frame, marks.stays_at_pixels,
+            marks.stays_in_scene,
+        )  # fmt: skip
         why = next(filter(None, (mark(validator, effect, after) for mark in kept)), None)
     is_first = tuple(before) == validator.evidence.base
     if why and is_first and not validator.score(after).stands_out(validator.config):  # nothing is left to disagree on

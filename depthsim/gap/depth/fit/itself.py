@@ -26,17 +26,19 @@ from depthsim.gap.depth.fit.changes import (
 )
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
-from depthsim.sensor.pipeline import in_camera
+from depthsim.sensor.pipeline import all_of, in_camera
 
 
 def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
     """Whether an effect that the sensor has not, as it is fitted, changes nothing along the axis it is known by.
 
-    Such as a drift over time that has come to its end with the first frame: any bias along range does as well.
+    Such as a drift over time that has come to its end with the first frame: any bias along range does as well. An
+    aligned camera has an alignment, whatever the profile says: another way to resample is seen everywhere.
     """
     if effect.kinds[0] not in ("bias", "missing"):
         return None  # noise is much the same all over where a camera moves evenly, or sees what is alike
-    if has_effect(validator.evidence.base, effect.id) or shows_itself(validator, effect, before, after):
+    sensor = all_of(validator.evidence.camera, validator.evidence.base)
+    if has_effect(sensor, effect.id) or shows_itself(validator, effect, before, after):
         return None
     return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
 

@@ -1,5 +1,6 @@
-"""Marks that pictures have of some effects alone: steps, doubled rows, holes and outliers in lines, waves, neighbours
-alike, errors that stay at their pixels, in the scene or in a frame, and pixels that an effect changes by itself."""
+"""Marks that pictures have of some effects alone: steps, doubled rows, holes and outliers in lines, waves, seams,
+neighbours alike, errors that stay at their pixels, in the scene or in a frame, and pixels that an effect changes by
+itself."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from depthsim.gap.depth.data.lines import far_off, in_lines
 from depthsim.gap.depth.data.locked import SeenAgain, carried_share, locked_share, seen_again
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.tiles import find_tiles
-from depthsim.gap.depth.data.waves import strongest_wave
+from depthsim.gap.depth.data.waves import strongest_seam, strongest_wave
 from depthsim.gap.depth.fit import neighbours
 from depthsim.gap.depth.fit.changes import Effects, phases_apart
 from depthsim.gap.depth.fit.validate import Validator
@@ -137,6 +138,15 @@ def comes_in_waves(validator: Validator, effect: type[Effect], after: Effects) -
     return None if length is None else f"makes no waves, and the recording's errors have some of {length:.3g} px"
 
 
+def breaks_at_seams(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
+    """Whether a noise, or what makes noise go together, is for errors that go together in blocks of pixels alone.
+
+    Such as those that a lossy codec leaves, which look smoothed.
+    """
+    side = seams_beside(validator, after) if effect.kinds[0] in ("spread", "correlation") else None
+    return None if side is None else f"makes no seams, and the recording's errors break every {side} columns"
+
+
 def stays_at_pixels(validator: Validator, effect: type[Effect], after: Effects) -> str | None:
     """Whether a noise, or what makes neighbours go together, is for errors that are locked to the pixel.
 
@@ -190,6 +200,18 @@ def waves_beside(validator: Validator, effects: Effects) -> float | None:
         validator.once(_held_simulated, effects).wave,
     )
     return length if recorded > evidence.config.agreement.waves * simulated else None
+
+
+def seams_beside(validator: Validator, effects: Effects) -> int | None:
+    """The width [px] of blocks of which the recording's errors show the seams, and a sensor's do not; None without."""
+    evidence = validator.evidence
+    if evidence.camera.aligned or evidence.doubled is not None:  # a column that is doubled agrees with itself
+        return None
+    (recorded, side), (simulated, _) = (
+        validator.once(_held_recorded).seam,
+        validator.once(_held_simulated, effects).seam,
+    )
+    return side if recorded > simulated + evidence.config.agreement.seams else None
 
 
 def _pixels_changed(validator: Validator, before: Effects, after: Effects) -> float:
@@ -264,13 +286,15 @@ def _surfaces(validator: Validator) -> dict[int, NDArray[np.bool_]]:
 
 
 class _Held(NamedTuple):
-    """What holds errors where they are: waves, see :func:`strongest_wave`, their pixels, and their places in the scene.
+    """What holds errors where they are: waves and seams, see :func:`strongest_wave` and :func:`strongest_seam`, their
+    pixels, and their places in the scene.
 
     And shifted: the standard deviation of the frames' mean signs. All of one look at the pictures, which take longer to
     simulate than to be looked at.
     """
 
     wave: tuple[float, float]
+    seam: tuple[float, int]
     locked: float
     carried: float
     shifted: float
@@ -290,7 +314,7 @@ def _held(validator: Validator, pictures: Iterable[NDArray[np.uint16]]) -> _Held
     locked = locked_share(_far_apart(validator, signs))
     carried = carried_share(signs, validator.once(_seen_again))
     sides = [float(one[one != 0].mean()) for one in signs if one.any()]
-    return _Held(strongest_wave(signs), locked, carried, float(np.std(sides or [0.0])))
+    return _Held(strongest_wave(signs), strongest_seam(signs), locked, carried, float(np.std(sides or [0.0])))
 
 
 def _seen_again(validator: Validator) -> list[SeenAgain]:

@@ -19,6 +19,7 @@ from depthsim.gap.depth.fit.changes import first_axes, has_effect, holes_lie_apa
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.itself import is_idle, shows_itself
 from depthsim.gap.depth.fit.marks import (
+    breaks_at_seams,
     brings_together,
     comes_in_waves,
     makes_doubling,
@@ -104,12 +105,15 @@ class Search(Screening):
         return (is_idle(*newest) or brings_together(*newest)) is not None
 
     def is_early(self, model: Model) -> bool:
-        """Whether the newest part of a model makes errors go together, where the recording's come in waves or stay at
-        their pixels and those of the model do not yet: what makes them so is looked for before it."""
+        """Whether the newest part of a model makes errors go together, where the recording's come in waves or in blocks
+        or stay at their pixels and those of the model do not yet: what makes them so is looked for before it."""
         effect, _, after = self._newest(model)
         if effect.kinds[0] != "correlation":
             return False
-        return any(mark(self.validator, effect, after) is not None for mark in (comes_in_waves, stays_at_pixels))
+        return any(
+            mark(self.validator, effect, after) is not None
+            for mark in (comes_in_waves, breaks_at_seams, stays_at_pixels)
+        )
 
     def shows_itself(self, model: Model, number: int) -> bool:
         """Whether one part of a model, as it is fitted, makes what it is known by."""
