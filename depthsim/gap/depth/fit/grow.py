@@ -117,7 +117,7 @@ def _first_supported(search: Search, chain: Chain, leaders: Sequence[Trial]) -> 
                 left[left.index(best)] = best = finer
                 why = search.disagreement(best.model, len(best.model.parts) - 1)
         if why is None:
-            return best
+            return _in_best_form(search, chain, best)
         left.remove(best)
         if (other := search.in_other_form(chain.model, best)) is not None:
             left, asked = [other, *left], [other, *asked]
@@ -125,6 +125,17 @@ def _first_supported(search: Search, chain: Chain, leaders: Sequence[Trial]) -> 
         chain.refuse(best.newest.effect, (chain.gap - best.gap) / search.whole, why)
         search.say(f"{best.newest.effect} is no cause: it {why}")
     return None
+
+
+def _in_best_form(search: Search, chain: Chain, trial: Trial) -> Trial:
+    """What has a parameter for each material, or many, in the form that closes most, if that acts, too: by few frames
+    another came first.
+
+    With the wrong one, such as a factor for an m that is wrong, it takes up what another cause does.
+    """
+    of_materials = any(free.by_material for free in trial.newest.free)
+    other = search.in_other_form(chain.model, trial) if of_materials or search.is_flexible(trial.newest) else None
+    return other if other is not None and search.acts(other.model) else trial
 
 
 def _prune(search: Search, chain: Chain) -> None:
