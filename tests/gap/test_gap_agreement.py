@@ -124,9 +124,12 @@ def changes(k: int, mean: float, varies: list[float]) -> Changes:
     return Changes(means, varied, none, np.zeros(len(varies)), 0.0, 0.0)
 
 
+CAMERA = preset("d435", 106, 60)
+
+
 def asked(effect: str, gap: Changes, left: Changes, does: Changes, before: Sequence[Effect] = ()) -> Asked:
     """An effect that is asked when all others are there."""
-    evidence = SimpleNamespace(axes=AXES, base=(), config=DepthConfig())
+    evidence = SimpleNamespace(axes=AXES, base=(), camera=CAMERA, config=DepthConfig())
     validator = cast("Validator", SimpleNamespace(evidence=evidence))
     return Asked(validator, effect_class(effect), before, gap, left, does, True, False, True)
 
@@ -221,7 +224,7 @@ def test_pixels_in_between_leave_less_at_edges_of_all_kinds_together(left: float
 def at_edges(one: Asked) -> Asked:
     """The same, where the first axis is the distance from an edge."""
     edge = SimpleNamespace(name="edge_distance", names={"edge_distance"}, kind=0, size=8, single=True)
-    evidence = SimpleNamespace(axes=[edge, *AXES[1:]], base=(), config=DepthConfig())
+    evidence = SimpleNamespace(axes=[edge, *AXES[1:]], base=(), camera=CAMERA, config=DepthConfig())
     return replace(one, validator=cast("Validator", SimpleNamespace(evidence=evidence)))
 
 
@@ -583,6 +586,27 @@ def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:
     assert rules.goes_together(asked("fixed_pattern", none, together, none)) is None
 
 
+def test_errors_go_together_in_any_picture_that_is_resampled() -> None:
+    """Pixels in between before an alignment, by another formula of that: each is doubled, and so is the noise."""
+    none = changes(TAIL, 0.1, [0, 0, 0])
+    one = asked("flying_pixels", none, replace(none, together=1.0), none)
+    assert "independent" in str(rules.goes_together(one))
+    assert rules.goes_together(replace(one, before=(effect_class("align_to_color")(),))) is None
+    one.validator.evidence.camera = CAMERA.aligned_to_color()
+    assert rules.goes_together(one) is None
+
+
+def test_an_aligned_camera_has_an_alignment_whatever_the_profile_says() -> None:
+    """Another way to resample is seen everywhere, and hardly along edges, by which an alignment is known."""
+    nothing = changes(HOLES, 0.1, [0, 0, 0, 0])
+    edge = SimpleNamespace(name="edge_distance", names={"edge_distance"}, kind=ERROR, size=8, single=True)
+    for aligned in (False, True):
+        camera = CAMERA.aligned_to_color() if aligned else CAMERA
+        evidence = SimpleNamespace(axes=[*AXES, edge], base=(), camera=camera, config=DepthConfig())
+        validator = cast("Validator", SimpleNamespace(evidence=evidence, once=lambda what, *sensors: nothing))
+        assert (itself.is_idle(validator, effect_class("align_to_color"), (), ()) is None) == aligned
+
+
 @given(st.floats(0.2, 1), st.floats(0, 1))
 def test_holes_beside_a_cause_whose_own_go_together(theirs: float, left: float) -> None:
     """By another formula than the recording's, a shadow leaves some of how holes go together."""
@@ -801,7 +825,7 @@ def test_what_acts_on_one_material_shows_itself_on_that(along: float, material: 
         SimpleNamespace(name=name, names=set(name.split(" x ")), kind=ERROR)
         for name in ("incidence", "material", "incidence x material", "edge_distance")
     ]
-    evidence = SimpleNamespace(axes=axes, base=(), config=DepthConfig())
+    evidence = SimpleNamespace(axes=axes, base=(), camera=CAMERA, config=DepthConfig())
     validator = cast("Validator", SimpleNamespace(evidence=evidence, once=lambda what, *sensors: does))
     least = DepthConfig().agreement.known_by * (does.mean + does.varies)[ALL]
     varies = does.varies[ALL]

@@ -316,6 +316,20 @@ def test_what_is_refused_is_asked_in_its_other_form(monkeypatch: pytest.MonkeyPa
     assert ("light" in begun.refused) == (not better)
 
 
+@pytest.mark.parametrize("acts", [True, False])
+@pytest.mark.parametrize("by_material", [True, False])
+def test_what_has_a_parameter_for_each_material_is_taken_in_its_best_form(acts: bool, by_material: bool) -> None:
+    """An m that is wrong, by few frames a factor."""
+    search, other = FakeSearch(), Trial(model("noise"), 0.1)
+    free = (SimpleNamespace(by_material=by_material),)
+    first = Trial(cast("Model", SimpleNamespace(parts=(SimpleNamespace(free=free, effect="noise"),))), 0.2)
+    search.in_other_form = lambda so_far, trial: other  # type: ignore[attr-defined]
+    search.is_flexible = lambda one: False  # type: ignore[attr-defined]
+    search.acts = lambda of: acts  # type: ignore[attr-defined]
+    found = grow._in_best_form(cast("Search", search), Chain(DepthSelect(), SCORE, 1.0), first)
+    assert found is (other if acts and by_material else first)
+
+
 @pytest.mark.parametrize("early", [True, False])
 def test_what_makes_errors_go_together_waits_for_what_holds_them_at_their_pixels(
     monkeypatch: pytest.MonkeyPatch, early: bool

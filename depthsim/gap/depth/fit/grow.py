@@ -38,6 +38,7 @@ def grow(search: Search, chain: Chain) -> None:
             selected = cancelling(search, chain, selected) or selected
         if selected is None:
             break
+        selected = _in_best_form(search, chain, selected)
         polished = search.validated(search.fit(selected.model, 4))  # other minima are looked for near the best only
         selected = min(selected, polished, key=lambda trial: trial.gap)
         chain.model, chain.gap = selected.model, selected.gap
@@ -117,7 +118,7 @@ def _first_supported(search: Search, chain: Chain, leaders: Sequence[Trial]) -> 
                 left[left.index(best)] = best = finer
                 why = search.disagreement(best.model, len(best.model.parts) - 1)
         if why is None:
-            return _in_best_form(search, chain, best)
+            return best
         left.remove(best)
         if (other := search.in_other_form(chain.model, best)) is not None:
             left, asked = [other, *left], [other, *asked]

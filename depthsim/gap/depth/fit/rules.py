@@ -9,6 +9,7 @@ from depthsim.gap.depth.fit.changes import ALL, KINDS, cost, done_by, worth_of
 from depthsim.gap.depth.fit.itself import known_by
 from depthsim.gap.depth.fit.traits import is_filter
 from depthsim.sensor.parameter import learned_of
+from depthsim.sensor.pipeline import all_of
 
 PLACES = {"image_position", "image_row", "image_column", "surface"}
 """Axes along which whatever is in a scene has a place, where the camera hardly moves."""
@@ -397,10 +398,12 @@ def goes_together(asked: Asked) -> str | None:
     Biases are the same for neighbours, those of a pattern that is learned as smooth as it is, and so is geometry. Holes
     are asked for holes: that the errors between them go together says nothing of them; and those of what is too near go
     together by themselves. Outliers are held against their own part of what an effect does, as patches of them, such as
-    bands of an older picture, go together less than noise.
+    bands of an older picture, go together less than noise. In pictures that are resampled all errors go together, and
+    how far is for the formula of that.
     """
     smooth = asked.effect.kinds[0] == "bias" or asked.effect.exact
-    if smooth or any(cause.kinds[0] == "correlation" for cause in asked.named):
+    resampled = any(one.resizes() for one in all_of(asked.validator.evidence.camera, asked.before))
+    if smooth or resampled or any(cause.kinds[0] == "correlation" for cause in asked.named):
         return None
     kind, does, limit = asked.effect.kinds[0], asked.does.whole, asked.limit
     together = asked.left.lost_together if kind == "missing" else asked.left.together
