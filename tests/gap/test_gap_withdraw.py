@@ -136,6 +136,10 @@ def test_what_is_left_alone_is_asked_as_a_first_cause(
         (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.9, 1.0, False),
         (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.97, 1.0, True),  # as much lies there
         (["ambient_light"], [("incidence", "spread"), ("height", "bias")], 0.97, 1.0, False),
+        # None of what comes first is left, and as much lies along an own axis.
+        (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.85, 0.05, True),
+        (["ambient_light"], [("incidence", "spread"), ("height", "spread")], 0.75, 0.05, False),
+        (["ambient_light"], [("incidence", "spread", 0.4), ("height", "spread", 0.3)], 0.85, 0.05, False),
         # More lies along an own axis: the other is first by its fewer cells.
         (["temporal_filter"], [("time x range", "bias", 0.23), ("motion", "bias", 0.34)], 0.79, 1.0, True),
         (["temporal_filter"], [("time x range", "bias", 0.34), ("motion", "bias", 0.23)], 0.79, 1.0, False),

@@ -231,9 +231,9 @@ def acting_elsewhere(
         return selection
     # Geometry, which has no other formula, has been asked for all biases that it leaves along its own axes.
     asked = first.what == "bias" and all(one.exact for one in causes if one.kinds[0] == "bias")
-    if closed >= (limit.well if asked else limit.nearly_all) and (
-        along_own >= limit.as_much * first.share_of_gap or not _is_left(validator, selection, first)
-    ):
+    as_much, none_left = along_own >= limit.as_much * first.share_of_gap, not _is_left(validator, selection, first)
+    most = limit.well if asked or (as_much and none_left) else limit.nearly_all
+    if closed >= most and (as_much or none_left):
         return selection
     # What is lost or smoothed anywhere: of a gap that is the same all over, an axis comes first by chance.
     anywhere = any(first.what in one.kinds and (not one.axes or one.kinds[0] == "correlation") for one in causes)
