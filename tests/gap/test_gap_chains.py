@@ -43,6 +43,7 @@ class FakeSearch:
         self.is_early = lambda of: False
         self.is_known = self.is_theirs = self.is_its_own = lambda of: False
         self.left_in_all = lambda of: 1.0
+        self.parameters_of = lambda trial, others: len(trial.newest.free)
 
     def validated(self, of: Model) -> Trial:
         return Trial(of, self.gaps["_".join(part.effect for part in of.parts)])

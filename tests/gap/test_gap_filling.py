@@ -78,3 +78,18 @@ def test_holes_that_are_all_gone(rate: float, gone: bool) -> None:
     assert Search.is_less(search, trial, GONE) == gone
     assert Search.is_less(search, trial) == (rate < 0.05)
     assert not Search.is_less(cast("Search", SimpleNamespace(base=())), trial)
+
+
+def test_holes_that_are_all_gone_have_more_parameters_than_what_fills_them() -> None:
+    """So neither is named first, nor in its place as the plainer one."""
+
+    def trial(effect: str, parameters: int, gone: bool = False) -> Trial:
+        newest = SimpleNamespace(effect=effect, free=[None] * parameters, is_gone=gone)
+        return cast("Trial", SimpleNamespace(newest=newest))
+
+    search = cast("Search", SimpleNamespace(is_less=lambda one, by: by == GONE and one.newest.is_gone))
+    filled, gone, less = trial("hole_filling", 2), trial("fill_rate", 1, gone=True), trial("fill_rate", 1)
+    assert Search.parameters_of(search, gone, [filled, gone]) == 3
+    assert Search.parameters_of(search, less, [filled, less]) == 1
+    assert Search.parameters_of(search, gone, [less, gone]) == 1
+    assert Search.parameters_of(search, filled, [filled, gone]) == 2

@@ -173,23 +173,19 @@ class Search(Screening):
             margin = max(much if self.is_flexible(found[0].newest) else min(margin, much), least)
         mainly, also = (first_axes(self.validator, before, however_little=little) for little in (False, True))
 
+        def free(trial: Trial) -> int:
+            return self.parameters_of(trial, found)
+
         def plain(trial: Trial) -> tuple[bool, bool, int, bool]:
-            # Holes that are all gone are filled, if that does as well, as hardly a sensor loses nothing.
-            fills = [len(other.newest.free) + 1 for other in found if is_filling(other.newest.effect)]
-            free = max([len(trial.newest.free), *(fills if self.is_less(trial, GONE) else ())])
             effect = trial.newest.effect
-            return (
-                not is_known_by(effect, mainly),
-                not is_known_by(effect, also),
-                free,
-                not has_effect(self.base, effect),
-            )
+            known, known_too = is_known_by(effect, mainly), is_known_by(effect, also)
+            return not known, not known_too, free(trial), not has_effect(self.base, effect)
 
         def alike(trial: Trial) -> str:
             return effect_class(trial.newest.effect).kinds[0]
 
         # However it is known, one with more parameters than another of its kind that closes as much is not first.
-        rest = not_outdone(found, lambda trial: trial.gap, lambda trial: len(trial.newest.free), alike)
+        rest = not_outdone(found, lambda trial: trial.gap, free, alike)
         first = plainest(rest, lambda trial: trial.gap, plain, margin)
         return sorted(found, key=lambda trial: trial is not first)
 
@@ -242,6 +238,12 @@ class Search(Screening):
             return self.validated(self.fit(model, 4, config.behind * least) if model else begun[number])
 
         return list(self.evidence.side_by_side(validated, range(len(begun))))
+
+    def parameters_of(self, trial: Trial, others: Iterable[Trial]) -> int:
+        """How many parameters the newest part of a trial has, and with holes that are all gone one more than what fills
+        them has, where that is among the others: hardly a sensor loses nothing."""
+        fills = [len(other.newest.free) + 1 for other in others if is_filling(other.newest.effect)]
+        return max([len(trial.newest.free), *(fills if self.is_less(trial, GONE) else ())])
 
     def is_less(self, trial: Trial, by: float = 0.0) -> bool:
         """Whether an effect that the simulator has is fitted to be less, by more than so many changes that matter."""

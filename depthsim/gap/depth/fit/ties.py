@@ -57,7 +57,7 @@ def compare_rivals(
             part = model.parts[_number(model, cause)]
             plain = search.is_flexible(part) and not search.is_flexible(rival.newest)
             as_well = plain and more <= search.config.significance.faint * search.floor
-            fewer = len(rival.newest.free) < len(part.free)
+            fewer = search.parameters_of(rival, step) < search.parameters_of(mine, step)
             if itself and (as_well or (fewer and more <= 0) or other.gap < gap - limit.tied * search.whole):
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
