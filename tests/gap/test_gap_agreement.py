@@ -586,6 +586,22 @@ def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:
     assert rules.goes_together(asked("fixed_pattern", none, together, none)) is None
 
 
+@pytest.mark.parametrize(("well", "left", "refused"), [(True, 0.0, False), (True, 0.09, True), (False, 0.0, True)])
+def test_what_closes_most_of_all_is_asked_along_its_own_axis_beside_what_another_formula_leaves(
+    well: bool, left: float, refused: bool
+) -> None:
+    """Noise of one material beside edges that are fattened in another way, near which most of the spread is."""
+    edge, place = (
+        SimpleNamespace(name=name, names={name}, kind=ERROR, size=8, single=True)
+        for name in ("edge_distance", "surface")
+    )
+    gap, still = changes(SPREAD, 1.0, [0, 0.1, 0, 0.9, 0.5]), changes(SPREAD, 0.8, [0, left, 0, 0.8, 0.3])
+    one = asked("material_noise", gap, still, gap, before=(effect_class("edge_fattening")(),))
+    one.validator.evidence.axes = [*AXES, edge, place]  # type: ignore[list-item]
+    said = rules.leaves(replace(one, closes_well=well), SPREAD)
+    assert (said is not None) == refused
+
+
 def test_errors_go_together_in_any_picture_that_is_resampled() -> None:
     """Pixels in between before an alignment, by another formula of that: each is doubled, and so is the noise."""
     none = changes(TAIL, 0.1, [0, 0, 0])

@@ -85,6 +85,12 @@ class Asked:
         axis = int(np.argmax(np.where(theirs, -np.inf, worth)))
         return axis if sure[axis] and self.own[axis] else None
 
+    def along_own(self, k: int, otherwise: int) -> int:
+        """The axis of the effect's own along which a kind of gap changes most, or another one if that is chance."""
+        sure, worth = worth_of(self.validator, self.gap, k)
+        axis = int(np.argmax(np.where(self.own & sure, worth, -np.inf)))
+        return axis if sure[axis] and self.own[axis] else otherwise
+
     def surely_left(self, k: int, axis: int) -> float:
         """Share of how a kind of gap changes along an axis that is left beyond chance."""
         left = float(self.left.varies[k, axis] - self.limit.sure * self.left.chance[k, axis])

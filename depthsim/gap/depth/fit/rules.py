@@ -39,8 +39,10 @@ def leaves(asked: Asked, k: int) -> str | None:
         worth, first = own, int(np.argmax(own))  # what it makes besides may be the smaller part: asked where it acts
     if first == int(np.argmax(worth)):
         first = _in_scene(asked, worth, first)
+        gives_way = False
     else:  # that one is another cause's: what is closed along its own speaks for it
         along[first] = limit.left_along
+        gives_way = asked.closes_well
     if _is_more(asked, k) and _is_theirs(asked, k, first):
         return None
     if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
@@ -50,13 +52,14 @@ def leaves(asked: Asked, k: int) -> str | None:
     uniform = whole * (limit.uniform_tails if KINDS[k] == "tail" else limit.uniform)
     if asked.closes_well and asked.named and not asked.alone:  # the change may be for a cause still to be found
         uniform = whole * limit.mostly
-    if not sure[first] or gap.varies[k, first] <= uniform:
+    if not sure[first] or (gap.varies[k, first] <= uniform and not gives_way):
         share = float(left.whole[k]) / whole
         tails_alone = KINDS[k] == "tail" and not _lies_by_its_axis(asked)
         may_leave = limit.left_of_tails if tails_alone else limit.left_of_uniform
         return f"leaves {share:.0%} of the {WORDS[KINDS[k]]}" if share > most * may_leave else None
-    strong = worth >= limit.strong * worth[first] if asked.alone else np.arange(len(worth)) == first
-    for axis in map(int, np.flatnonzero(strong & sure & (gap.varies[k] > uniform))):
+    is_first = np.arange(len(worth)) == first
+    strong = worth >= limit.strong * worth[first] if asked.alone else is_first
+    for axis in map(int, np.flatnonzero(strong & sure & ((gap.varies[k] > uniform) | is_first))):
         if axis != first and asked.others(axis):
             continue
         share = asked.surely_left(k, axis)
@@ -141,13 +144,16 @@ def _is_more(asked: Asked, k: int) -> bool:
 
 def _first(asked: Asked, k: int) -> int:
     """The axis along which a kind of gap changes most. One of another cause, whose formula may leave that, gives way to
-    one of the effect's own, if much changes along it, and one of its own that is crossed with that to its own alone."""
+    one of the effect's own, if much changes along it or the effect closes most of all that is left, and one of its own
+    that is crossed with that to its own alone."""
     varies, first = asked.gap.varies[k], int(np.argmax(worth_of(asked.validator, asked.gap, k)[1]))
     if k == ALL or not asked.others(first):
         return first
     own = asked.beside(k)
     if asked.own[first]:
         return own if own is not None and _is_crossed(asked, k, first) else first
+    if own is None and asked.closes_well:
+        return asked.along_own(k, first)
     return first if own is None or varies[own] < asked.limit.beside * varies[first] else own
 
 
