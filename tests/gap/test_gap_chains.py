@@ -322,8 +322,8 @@ def test_what_is_refused_is_asked_in_its_other_form(monkeypatch: pytest.MonkeyPa
 def test_what_has_a_parameter_for_each_material_is_taken_in_its_best_form(acts: bool, by_material: bool) -> None:
     """An m that is wrong, by few frames a factor."""
     search, other = FakeSearch(), Trial(model("noise"), 0.1)
-    free = (SimpleNamespace(by_material=by_material),)
-    first = Trial(cast("Model", SimpleNamespace(parts=(SimpleNamespace(free=free, effect="noise"),))), 0.2)
+    part = SimpleNamespace(of_materials=by_material, effect="noise")
+    first = Trial(cast("Model", SimpleNamespace(parts=(part,))), 0.2)
     search.in_other_form = lambda so_far, trial: other  # type: ignore[attr-defined]
     search.is_flexible = lambda one: False  # type: ignore[attr-defined]
     search.acts = lambda of: acts  # type: ignore[attr-defined]

@@ -81,7 +81,7 @@ def test_holes_that_are_all_gone(rate: float, gone: bool) -> None:
 
 
 def test_holes_that_are_all_gone_have_more_parameters_than_what_fills_them() -> None:
-    """So neither is named first, nor in its place as the plainer one."""
+    """So no holes at all are neither named first, nor in the place of what fills them."""
 
     def trial(effect: str, parameters: int, gone: bool = False) -> Trial:
         newest = SimpleNamespace(effect=effect, free=[None] * parameters, is_gone=gone)

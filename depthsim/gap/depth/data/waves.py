@@ -40,11 +40,9 @@ def strongest_seam(signs: Iterable[NDArray[np.int8]]) -> tuple[float, int]:
 
     signs: as of :func:`strongest_wave`. They agree by the mean product of neighbours in a row. 0 where nothing differs.
     """
-    agree, known = np.zeros(0), np.zeros(0)
-    for frame in signs:
-        products = frame[:, 1:].astype(np.float64) * frame[:, :-1]
-        agree = products.sum(axis=0) + (agree if agree.size else 0)
-        known = np.abs(products).sum(axis=0) + (known if known.size else 0)
+    products = [frame[:, 1:] * frame[:, :-1] for frame in signs]
+    agree = sum((one.sum(axis=0) for one in products), np.zeros(1))
+    known = sum((np.abs(one).sum(axis=0) for one in products), np.zeros(1))
     best = 0.0, _SIDES[0]
     for side in _SIDES:
         whole = len(agree) // side * side

@@ -29,6 +29,11 @@ class Candidate:
     replaces: frozenset[str] = frozenset()
     in_place: bool = False
 
+    @property
+    def of_materials(self) -> bool:
+        """Whether it has a parameter for each material."""
+        return any(free.by_material for free in self.free)
+
     def only(self, kept: Sequence[int]) -> "Candidate":
         """The same with some of its free parameters alone, by number; the others stay at what has no effect."""
         starts = dict.fromkeys(tuple(values[k] for k in kept) for values in self.starts)

@@ -62,7 +62,7 @@ def _is_leftover(search: Search, chain: Chain, trial: Trial, others: Sequence[Tr
     if gained < limit.alike * search.whole and is_alike(effect, chain.named) and not search.lies_apart(trial.model):
         return True
     kind, made = effect_class(effect).kinds[0], _made_by_formulas(chain)
-    by_material = any(free.by_material for free in trial.newest.free)
+    by_material = trial.newest.of_materials
     if kind in ("bias", "spread", "missing") and kind in made and gained < limit.least * search.whole:
         # As much is left by the formula of the first.
         is_its_own = _is_of_one_material if by_material else _is_by_its_own_axis

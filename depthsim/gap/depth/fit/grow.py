@@ -134,8 +134,8 @@ def _in_best_form(search: Search, chain: Chain, trial: Trial) -> Trial:
 
     With the wrong one, such as a factor for an m that is wrong, it takes up what another cause does.
     """
-    of_materials = any(free.by_material for free in trial.newest.free)
-    other = search.in_other_form(chain.model, trial) if of_materials or search.is_flexible(trial.newest) else None
+    has_many = trial.newest.of_materials or search.is_flexible(trial.newest)
+    other = search.in_other_form(chain.model, trial) if has_many else None
     return other if other is not None and search.acts(other.model) else trial
 
 

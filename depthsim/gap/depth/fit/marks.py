@@ -192,26 +192,29 @@ def is_carried(validator: Validator, effects: Effects) -> bool:
 
 def waves_beside(validator: Validator, effects: Effects) -> float | None:
     """The length [px] of waves of errors that the recording has and a sensor has not; None where there are none."""
-    evidence = validator.evidence
-    if evidence.camera.aligned or evidence.doubled is not None:  # doubled rows are waves, too
+    if _is_resampled(validator):
         return None
     (recorded, length), (simulated, _) = (
         validator.once(_held_recorded).wave,
         validator.once(_held_simulated, effects).wave,
     )
-    return length if recorded > evidence.config.agreement.waves * simulated else None
+    return length if recorded > validator.evidence.config.agreement.waves * simulated else None
 
 
 def seams_beside(validator: Validator, effects: Effects) -> int | None:
     """The width [px] of blocks of which the recording's errors show the seams, and a sensor's do not; None without."""
-    evidence = validator.evidence
-    if evidence.camera.aligned or evidence.doubled is not None:  # a column that is doubled agrees with itself
+    if _is_resampled(validator):
         return None
     (recorded, side), (simulated, _) = (
         validator.once(_held_recorded).seam,
         validator.once(_held_simulated, effects).seam,
     )
-    return side if recorded > simulated + evidence.config.agreement.seams else None
+    return side if recorded > simulated + validator.evidence.config.agreement.seams else None
+
+
+def _is_resampled(validator: Validator) -> bool:
+    """Whether rows and columns may be doubled: they come in waves, too, and a column agrees with itself."""
+    return validator.evidence.camera.aligned or validator.evidence.doubled is not None
 
 
 def _pixels_changed(validator: Validator, before: Effects, after: Effects) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -173,8 +174,7 @@ class Search(Screening):
             margin = max(much if self.is_flexible(found[0].newest) else min(margin, much), least)
         mainly, also = (first_axes(self.validator, before, however_little=little) for little in (False, True))
 
-        def free(trial: Trial) -> int:
-            return self.parameters_of(trial, found)
+        free = partial(self.parameters_of, others=found)
 
         def plain(trial: Trial) -> tuple[bool, bool, int, bool]:
             effect = trial.newest.effect
@@ -408,7 +408,7 @@ class Search(Screening):
         Light from one side is not on the way to light from another.
         """
         candidate, config = model.parts[-1], self.config.fit
-        if not self.is_flexible(candidate) or any(free.by_material for free in candidate.free):
+        if not self.is_flexible(candidate) or candidate.of_materials:
             return model
         _, target, roots = self._on(self._few)
         places = starts(candidate, base, roots(tuple(base)), target, roots)[0][: config.places]

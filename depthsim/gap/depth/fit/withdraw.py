@@ -231,7 +231,8 @@ def acting_elsewhere(
         return selection
     # Geometry, which has no other formula, has been asked for all biases that it leaves along its own axes.
     asked = first.what == "bias" and all(one.exact for one in causes if one.kinds[0] == "bias")
-    as_much, none_left = along_own >= limit.as_much * first.share_of_gap, not _is_left(validator, selection, first)
+    as_much = along_own >= limit.as_much * first.share_of_gap
+    none_left = closed >= limit.well and not _is_left(validator, selection, first)
     most = limit.well if asked or (as_much and none_left) else limit.nearly_all
     if closed >= most and (as_much or none_left):
         return selection
