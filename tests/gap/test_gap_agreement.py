@@ -17,7 +17,7 @@ from depthsim.gap import diagnose
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.histograms import ERROR, ERROR_HOLE
 from depthsim.gap.depth.data.load import load_evidence
-from depthsim.gap.depth.fit import agreement, itself, marks, rules, validate
+from depthsim.gap.depth.fit import agreement, along, itself, marks, rules, validate
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import KINDS, Changes, _scaled, less_others
 from depthsim.gap.depth.fit.screening import worth_a_look
@@ -199,9 +199,9 @@ def test_what_crossed_axes_leave_is_the_shape_that_is_wrong(bias: float, left: f
 def test_tails_in_one_place_are_no_tails_everywhere() -> None:
     left = changes(TAIL, 0.0, [0, 0.01, 0])
     everywhere = asked("heavy_tails", changes(TAIL, 0.1, [0, 0.01, 0]), left, changes(TAIL, 0.1, [0, 0, 0]))
-    assert rules.leaves(everywhere, TAIL) is None
+    assert along.leaves(everywhere, TAIL) is None
     in_one = asked("heavy_tails", changes(TAIL, 0.02, [0, 0.08, 0]), changes(TAIL, 0.0, [0, 0.08, 0]), everywhere.does)
-    assert "along material" in str(rules.leaves(in_one, TAIL))
+    assert "along material" in str(along.leaves(in_one, TAIL))
 
 
 @given(st.floats(0, 1))
@@ -209,7 +209,7 @@ def test_tails_that_are_left_are_of_something_else(left: float) -> None:
     """Of outliers by other formulas a seventh was left at most, of torn pictures and of reflections two fifths."""
     gap = changes(TAIL, 0.125, [0, 0, 0])
     one = asked("heavy_tails", gap, changes(TAIL, 0.125 * left, [0, 0, 0]), gap)
-    assert (rules.leaves(one, TAIL) is None) == (left <= DepthConfig().agreement.left_of_tails)
+    assert (along.leaves(one, TAIL) is None) == (left <= DepthConfig().agreement.left_of_tails)
 
 
 @given(st.floats(0, 1.5))
@@ -238,7 +238,7 @@ def test_where_all_at_edges_is_closed_the_tails_there_are_for_the_formula(left: 
     closed = left <= DepthConfig().agreement.left_along
     assert (rules.not_itself(at_edges(one)) is None) == closed
     tails_left.mean[TAIL] = 0.4 * 0.0625 - 0.04
-    why = rules.leaves(at_edges(asked("flying_pixels", gap, tails_left, one.does)), TAIL)
+    why = along.leaves(at_edges(asked("flying_pixels", gap, tails_left, one.does)), TAIL)
     assert (why is None) == closed, why
 
 
@@ -311,9 +311,9 @@ def test_what_a_cause_leaves_along_its_axis_does_not_hide_the_next_one(beside: f
     assert (rules.is_of(one, HOLES) is None) == own
     assert (one.beside(HOLES) == 1) == (beside > 0)
     if own:
-        assert (rules.leaves(one, HOLES) is None) == (left <= bound.left_along)
+        assert (along.leaves(one, HOLES) is None) == (left <= bound.left_along)
     alone = asked("material_dropout", gap, one.left, does)
-    assert "along range" in str(rules.leaves(alone, HOLES))
+    assert "along range" in str(along.leaves(alone, HOLES))
 
 
 @given(st.floats(0, 1))
@@ -323,8 +323,8 @@ def test_what_is_crossed_with_another_causes_axis_gives_way_to_the_effects_own(l
     rest = changes(HOLES, 0.0, [0.03125, 0.03125 * left, 0.125])
     beside = asked("material_dropout", gap, rest, does, before=(effect_class("range_dropout")(),))
     limit = DepthConfig().agreement
-    assert (rules.leaves(replace(beside, alone=False, closes_well=False), HOLES) is None) == (left <= limit.left_along)
-    assert "along range x material" in str(rules.leaves(replace(beside, before=()), HOLES))
+    assert (along.leaves(replace(beside, alone=False, closes_well=False), HOLES) is None) == (left <= limit.left_along)
+    assert "along range x material" in str(along.leaves(replace(beside, before=()), HOLES))
 
 
 @pytest.mark.parametrize(("left", "refused"), [(0.01, False), (0.2, True)])
@@ -412,7 +412,7 @@ def test_what_chance_leaves_is_held_against_no_effect(left: float, chance: float
     one = asked("max_range", gap, replace(rest, chance=rest.chance + 0.0625 * chance), gap)
     bound = DepthConfig().agreement
     assert one.surely_left(HOLES, 0) == pytest.approx(max(left - bound.sure * chance, 0))
-    assert (rules.leaves(one, HOLES) is None) == (one.surely_left(HOLES, 0) <= bound.shape)
+    assert (along.leaves(one, HOLES) is None) == (one.surely_left(HOLES, 0) <= bound.shape)
 
 
 def test_what_is_left_at_edges_gives_way_to_noise_along_an_axis_of_its_own() -> None:
@@ -423,7 +423,7 @@ def test_what_is_left_at_edges_gives_way_to_noise_along_an_axis_of_its_own() -> 
     for before in ([effect_class("edge_fattening")()], []):
         one = replace(asked("disparity_noise", gap, left, does, before), alone=False)
         one.validator.evidence.axes = [AXES[0], edges, AXES[1]]  # type: ignore[list-item]
-        said = rules.leaves(one, SPREAD)
+        said = along.leaves(one, SPREAD)
         assert said is None if before else "along edge distance" in str(said)
 
 
@@ -432,20 +432,20 @@ def test_what_an_effect_makes_besides_is_asked_where_it_acts(left: float) -> Non
     """Light makes noise, and holes on materials: those along the range are another effect's."""
     gap = changes(HOLES, 0.0, [0.25, 0.0625, 0])
     one = asked("ambient_light", gap, changes(HOLES, 0.0, [0.25, 0.0625 * left, 0]), gap)
-    assert (rules.leaves(one, HOLES) is None) == (left <= DepthConfig().agreement.left_along)
+    assert (along.leaves(one, HOLES) is None) == (left <= DepthConfig().agreement.left_along)
     holes_alone = asked("material_dropout", gap, one.left, gap)
-    assert "along range" in str(rules.leaves(holes_alone, HOLES))
+    assert "along range" in str(along.leaves(holes_alone, HOLES))
     elsewhere = changes(HOLES, 0.0, [0.25, 0, 0])
-    assert "along range" in str(rules.leaves(asked("ambient_light", elsewhere, elsewhere, gap), HOLES))
+    assert "along range" in str(along.leaves(asked("ambient_light", elsewhere, elsewhere, gap), HOLES))
 
 
 @given(st.floats(0, 1))
 def test_holes_along_the_range_are_told_apart_by_their_shape(left: float) -> None:
     gap = changes(HOLES, 0.0, [0.0625, 0, 0])  # a power of two, by which a share stays what it is
     one = asked("max_range", gap, changes(HOLES, 0.0, [0.0625 * left, 0, 0]), gap)
-    assert (rules.leaves(one, HOLES) is None) == (left <= DepthConfig().agreement.shape)
+    assert (along.leaves(one, HOLES) is None) == (left <= DepthConfig().agreement.shape)
     known_by_more = asked("incidence_dropout", gap, one.left, gap)
-    assert (rules.leaves(known_by_more, HOLES) is None) == (left <= DepthConfig().agreement.left_along)
+    assert (along.leaves(known_by_more, HOLES) is None) == (left <= DepthConfig().agreement.left_along)
 
 
 @given(st.floats(0, 0.99), st.floats(0, 1))
@@ -493,11 +493,11 @@ def test_light_on_surfaces_is_asked_of_surfaces_and_not_of_where_they_are_seen(s
     axes = [
         SimpleNamespace(name=name, names={name}, kind=0, size=8, single=True) for name in ("image_position", "surface")
     ]
-    evidence = SimpleNamespace(axes=[*axes, AXES[0]], base=(), config=DepthConfig())
+    evidence = SimpleNamespace(axes=[*axes, AXES[0]], base=(), camera=CAMERA, config=DepthConfig())
     gap, left = (changes(SPREAD, 0.0, [0.0625 * n, 0.0625 * surface * m, 0]) for n, m in ((1, 1), (0.35, 0.35)))
     one = asked("ambient_light", gap, left, gap)
     one = replace(one, flexible=True, validator=cast("Validator", SimpleNamespace(evidence=evidence)))
-    assert (rules.leaves(one, SPREAD) is None) == is_right
+    assert (along.leaves(one, SPREAD) is None) == is_right
 
 
 @given(st.floats(0, 1))
@@ -598,7 +598,7 @@ def test_what_closes_most_of_all_is_asked_along_its_own_axis_beside_what_another
     gap, still = changes(SPREAD, 1.0, [0, 0.1, 0, 0.9, 0.5]), changes(SPREAD, 0.8, [0, left, 0, 0.8, 0.3])
     one = asked("material_noise", gap, still, gap, before=(effect_class("edge_fattening")(),))
     one.validator.evidence.axes = [*AXES, edge, place]  # type: ignore[list-item]
-    said = rules.leaves(replace(one, closes_well=well), SPREAD)
+    said = along.leaves(replace(one, closes_well=well), SPREAD)
     assert (said is not None) == refused
 
 
@@ -718,7 +718,7 @@ def of_both(spread: float, holes: float) -> Changes:
 
 def seen_by(of: Changes, gap: Changes) -> Any:
     """A validator by which an effect does something, and the recording differs from the simulator."""
-    evidence = SimpleNamespace(axes=AXES, config=DepthConfig(), base=())
+    evidence = SimpleNamespace(axes=AXES, config=DepthConfig(), base=(), camera=CAMERA)
     return SimpleNamespace(evidence=evidence, once=lambda work, *sensors: of if len(sensors) == 2 else gap)
 
 
@@ -770,7 +770,7 @@ def test_a_shadow_is_lost_of_the_background_mostly(inside: float, made: float, r
     def once(work: Any, effects: Any) -> float:
         return holes[effects[-1].inside] if effects else 0.01
 
-    validator: Any = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig(), base=()), once=once)
+    validator: Any = SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig(), base=(), camera=CAMERA), once=once)
     why = itself.is_mostly_besides(validator, shadow, (), (shadow(inside=inside),))
     assert why == ("loses 75% of its pixels by inside alone" if refused else None)
     assert itself.is_mostly_besides(validator, effect_class("fill_rate"), (), ()) is None
@@ -790,7 +790,7 @@ def test_a_shadow_is_lost_of_the_background_mostly(inside: float, made: float, r
 )
 def test_hardly_a_sensor_loses_no_pixel(was: float, now: float, stands_out: bool, effect: str, refused: bool) -> None:
     before, after = (effect_class("fill_rate")(rate=rate) for rate in (was, now))
-    evidence = SimpleNamespace(config=DepthConfig(), base=(before,))
+    evidence = SimpleNamespace(config=DepthConfig(), base=(before,), camera=CAMERA)
     validator: Any = SimpleNamespace(
         evidence=evidence, config=DepthConfig().significance, once=lambda work, x: 0.02 + sum(one.rate for one in x),
         score=lambda effects: SimpleNamespace(stands_out=lambda limit: stands_out),
@@ -857,7 +857,7 @@ def test_what_acts_on_one_material_shows_itself_on_that(along: float, material: 
     ("softness", "base", "refused"), [(0.3, (), True), (0.29, (), False), (0.3, ("max_range",), False)]
 )
 def test_a_limit_that_is_soft_over_decimetres_is_none(softness: float, base: tuple[str, ...], refused: bool) -> None:
-    evidence = SimpleNamespace(base=tuple(effect_class(name)() for name in base))
+    evidence = SimpleNamespace(base=tuple(effect_class(name)() for name in base), camera=CAMERA)
     validator = cast("Validator", SimpleNamespace(evidence=evidence))
     said = itself.is_outgrown(validator, MaxRange, [RangeDropout(), MaxRange(depth=3.0, softness=softness)])
     assert (said is not None) == refused
@@ -866,11 +866,11 @@ def test_a_limit_that_is_soft_over_decimetres_is_none(softness: float, base: tup
 
 @pytest.mark.parametrize(("rate", "refused"), [(2.0, True), (1.0, False)])
 def test_holes_that_are_all_there_within_decimetres_are_a_limit(rate: float, refused: bool) -> None:
-    validator = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(base=())))
+    validator = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(base=(), camera=CAMERA)))
     assert (itself.is_outgrown(validator, RangeDropout, [RangeDropout(rate=rate)]) is not None) == refused
 
 
 @pytest.mark.parametrize(("share", "refused"), [(1.0, True), (0.5, True), (0.4, False)])
 def test_tails_of_all_pixels_are_noise(share: float, refused: bool) -> None:
-    validator = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(base=())))
+    validator = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(base=(), camera=CAMERA)))
     assert (itself.is_outgrown(validator, HeavyTails, [HeavyTails(share=share, spread=0.04)]) is not None) == refused

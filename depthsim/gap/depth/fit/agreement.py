@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from depthsim.gap.depth.fit import itself, marks, rules
+from depthsim.gap.depth.fit.along import leaves
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import (
     ALL,
@@ -20,7 +21,6 @@ from depthsim.gap.depth.fit.changes import (
     against,
     done_by,
     first_axis,
-    has_effect,
     holes_of,
     less_others,
     too_many_left,
@@ -126,7 +126,7 @@ def _asked(validator: Validator, effect: type[Effect], before: Effects, after: E
     if effect.kinds[0] != "missing" or validator.once(holes_of, after) >= validator.once(holes_of, before):
         return asked
     if effect.axes:
-        is_new = not has_effect(validator.evidence.base, effect.id)
+        is_new = not itself.is_simulated(validator, effect)
         return replace(asked, filled=validator.once(too_many_left, before, after) if is_new else None)
     return replace(asked, takes_away=not any("missing" in cause.kinds for cause in asked.named))
 
@@ -216,7 +216,7 @@ def _of_kind(asked: Asked, k: int) -> str | None:
         return rules.leaves_level(asked, k)
     if primary and asked.filled is not None:
         return rules.leaves_unfilled(asked)
-    why = rules.leaves(asked, k) or (rules.is_of(asked, k) if primary else None)
+    why = leaves(asked, k) or (rules.is_of(asked, k) if primary else None)
     if why is None and asked.alone and (primary or not asked.closes_well):
         why = rules.leaves_elsewhere(asked, k)
     if why is None and asked.alone and primary:
@@ -235,4 +235,4 @@ def _of_all(asked: Asked) -> str | None:
     theirs = {cause.kinds[0] for cause in asked.named} - {kinds[0]}
     others = [k for k in range(ALL) if (KINDS[k] not in kinds or KINDS[k] in theirs) and whole[k] >= least]
     rest = asked.of(less_others(asked.gap, others), less_others(asked.left, others))
-    return rules.leaves(rest, ALL) if rest.gap.whole[ALL] >= least else None
+    return leaves(rest, ALL) if rest.gap.whole[ALL] >= least else None

@@ -29,16 +29,19 @@ from depthsim.sensor.effect import Effect
 from depthsim.sensor.pipeline import all_of, in_camera
 
 
+def is_simulated(validator: Validator, effect: type[Effect]) -> bool:
+    """Whether the simulator has an effect: an aligned camera has an alignment, whatever the profile says."""
+    return has_effect(all_of(validator.evidence.camera, validator.evidence.base), effect.id)
+
+
 def is_idle(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
     """Whether an effect that the sensor has not, as it is fitted, changes nothing along the axis it is known by.
 
-    Such as a drift over time that has come to its end with the first frame: any bias along range does as well. An
-    aligned camera has an alignment, whatever the profile says: another way to resample is seen everywhere.
+    Such as a drift over time that has come to its end with the first frame: any bias along range does as well.
     """
     if effect.kinds[0] not in ("bias", "missing"):
         return None  # noise is much the same all over where a camera moves evenly, or sees what is alike
-    sensor = all_of(validator.evidence.camera, validator.evidence.base)
-    if has_effect(sensor, effect.id) or shows_itself(validator, effect, before, after):
+    if is_simulated(validator, effect) or shows_itself(validator, effect, before, after):
         return None
     return f"changes nothing along {effect.axes[0].replace('_', ' ')} as it is fitted, by which it is known"
 
@@ -48,7 +51,7 @@ def is_outgrown(validator: Validator, effect: type[Effect], after: Effects) -> s
 
     Such as a nearest range that is soft over decimetres, for holes that become more the nearer something is.
     """
-    if has_effect(validator.evidence.base, effect.id):
+    if is_simulated(validator, effect):
         return None
     bounds = effect.outgrown
     reached = (name for one in after if one.id == effect.id for name in bounds if getattr(one, name) >= bounds[name])
@@ -79,7 +82,7 @@ def lacks_a_kind(validator: Validator, effect: type[Effect], before: Effects, af
     more than the simulator, for holes of another. It is asked without what is done to the finished picture, which may
     fill the holes.
     """
-    if not effect.inseparable or has_effect(validator.evidence.base, effect.id):
+    if not effect.inseparable or is_simulated(validator, effect):
         return None
     before, after = (tuple(in_camera(sensor)) for sensor in (before, after))
     least = validator.evidence.config.agreement.inseparable
@@ -100,7 +103,7 @@ def is_mostly_besides(validator: Validator, effect: type[Effect], before: Effect
 
     Such as a shadow that hardly loses the background, and all of the near things: they are lost by themselves.
     """
-    if not effect.besides or has_effect(validator.evidence.base, effect.id):
+    if not effect.besides or is_simulated(validator, effect):
         return None
     less = {name: 0.0 for name in effect.besides}
     itself = tuple(one.model_copy(update=less) if one.id == effect.id else one for one in after)
@@ -117,7 +120,7 @@ def takes_all(validator: Validator, effect: type[Effect], before: Effects, after
 
     Hardly a sensor loses none: they have been filled, by a formula that what is left is of.
     """
-    if effect.axes or effect.kinds != ("missing",) or not has_effect(validator.evidence.base, effect.id):
+    if effect.axes or effect.kinds != ("missing",) or not is_simulated(validator, effect):
         return None
     without = validator.once(holes_of, [one for one in after if one.id != effect.id])
     was, now = (validator.once(holes_of, one) - without for one in (before, after))

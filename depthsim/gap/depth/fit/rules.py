@@ -1,9 +1,9 @@
 """What an effect must not do to be the cause of a gap: each rule gives the reason in words, or None."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthsim.gap.depth.data import histograms
+from depthsim.gap.depth.fit.along import first_asked, is_crossed, is_more, is_theirs, lies_by_its_axis
 from depthsim.gap.depth.fit.asked import WORDS, Asked
 from depthsim.gap.depth.fit.changes import ALL, KINDS, cost, done_by, worth_of
 from depthsim.gap.depth.fit.itself import known_by
@@ -16,72 +16,6 @@ PLACES = {"image_position", "image_row", "image_column", "surface"}
 INDEPENDENT = "adds errors that are independent, where those of the recording go together"
 
 
-def leaves(asked: Asked, k: int) -> str | None:
-    """Whether too much is left along the axis on which a kind of gap changes most, or of what is the same all over."""
-    limit, gap, left, effect = asked.limit, asked.gap, asked.left, asked.effect
-    axes, whole = asked.validator.evidence.axes, max(float(gap.whole[k]), 1e-12)
-    most = limit.left_by_flexible if asked.flexible else 1.0
-    along = np.full(len(axes), (limit.left_by_flexible if asked.learned else most) * limit.left_along)
-    # The axis that it is known by is the right one, if the shape along it is not; of holes the more, as by two shapes
-    # both may lie where there were none.
-    well = np.inf if KINDS[k] == "missing" else limit.left_along if asked.flexible else limit.untouched
-    errors_by = next((name for name in effect.axes if not name.endswith("_neighbours")), None)
-    known_by = [axis.name == errors_by for axis in axes]
-    along[known_by] = well if asked.closes_well else limit.left_along
-    if effect.axes == ("range",) and KINDS[k] == "missing":  # four are, which their shapes tell apart
-        along[known_by] = limit.shape
-    if asked.learned:  # along its own axes as much is removed as other frames say for sure is there
-        along[[axis.name in effect.axes for axis in axes]] = limit.untouched
-    sure, worth = worth_of(asked.validator, gap, k)
-    first = _first(asked, k)
-    own = np.where(asked.own, worth, -np.inf)
-    if KINDS[k] not in (effect.kinds[0], "all") and sure[int(np.argmax(own))]:
-        worth, first = own, int(np.argmax(own))  # what it makes besides may be the smaller part: asked where it acts
-    if first == int(np.argmax(worth)):
-        first = _in_scene(asked, worth, first)
-        gives_way = False
-    else:  # that one is another cause's: what is closed along its own speaks for it
-        along[first] = limit.left_along
-        gives_way = asked.closes_well
-    if _is_more(asked, k) and _is_theirs(asked, k, first):
-        return None
-    if k == ALL and not (sure[first] and gap.varies[k, first] >= limit.all_along * whole):
-        return None
-    if k == ALL and not asked.own[first] and asked.others(first):  # it is what they leave
-        return None
-    uniform = whole * (limit.uniform_tails if KINDS[k] == "tail" else limit.uniform)
-    if asked.closes_well and asked.named and not asked.alone:  # the change may be for a cause still to be found
-        uniform = whole * limit.mostly
-    if not sure[first] or (gap.varies[k, first] <= uniform and not gives_way):
-        share = float(left.whole[k]) / whole
-        tails_alone = KINDS[k] == "tail" and not _lies_by_its_axis(asked)
-        may_leave = limit.left_of_tails if tails_alone else limit.left_of_uniform
-        return f"leaves {share:.0%} of the {WORDS[KINDS[k]]}" if share > most * may_leave else None
-    is_first = np.arange(len(worth)) == first
-    strong = worth >= limit.strong * worth[first] if asked.alone else is_first
-    for axis in map(int, np.flatnonzero(strong & sure & ((gap.varies[k] > uniform) | is_first))):
-        if axis != first and asked.others(axis):
-            continue
-        share = asked.surely_left(k, axis)
-        if share > (along[axis] if axis == first else limit.untouched):
-            return f"leaves {share:.0%} of how {asked.change_along(k, axis)}"
-    return None
-
-
-def _lies_by_its_axis(asked: Asked) -> bool:
-    """Whether most of the gap, all kinds together, lies along the axis that an effect is known by, and it closes that.
-
-    Where most pixels near an edge are off, their tails are seen as spread there: how many are left or brought is for
-    the formula.
-    """
-    along = worth_of(asked.validator, asked.gap, ALL)[1]
-    first, limit = int(np.argmax(along)), asked.limit
-    if asked.validator.evidence.axes[first].names != set(asked.effect.axes[:1]):
-        return False
-    most = asked.gap.varies[ALL, first] >= limit.all_along * asked.gap.whole[ALL]
-    return bool(most and asked.surely_left(ALL, first) <= limit.left_along)
-
-
 def is_little(asked: Asked, k: int) -> bool:
     """Whether a kind of errors is next to nothing beside what an effect does, without and with it, and it closes most
     of the gap where it is known by.
@@ -89,7 +23,7 @@ def is_little(asked: Asked, k: int) -> bool:
     Such as biases of weakly fattened edges: medians move where more than half of what is near one is foreground.
     """
     there = max(float(asked.gap.whole[k]), float(asked.left.whole[k]))
-    return there <= asked.limit.known_by * float(asked.does.whole[:ALL].max()) and _lies_by_its_axis(asked)
+    return there <= asked.limit.known_by * float(asked.does.whole[:ALL].max()) and lies_by_its_axis(asked)
 
 
 def is_untouched(asked: Asked, k: int) -> bool:
@@ -97,13 +31,13 @@ def is_untouched(asked: Asked, k: int) -> bool:
 
     That is for a cause that is still to be found.
     """
-    first = _first(asked, k)
+    first = first_asked(asked, k)
     return float(asked.does.varies[k, first]) < asked.limit.acts * float(asked.gap.varies[k, first])
 
 
 def is_beside_others(asked: Asked, k: int) -> bool:
     """Whether an effect makes holes anywhere, and those of the gap change along an axis of another cause of holes."""
-    return KINDS[k] == "missing" and not asked.effect.axes and _is_theirs(asked, k, _first(asked, k))
+    return KINDS[k] == "missing" and not asked.effect.axes and is_theirs(asked, k, first_asked(asked, k))
 
 
 def leaves_level(asked: Asked, k: int) -> str | None:
@@ -121,56 +55,14 @@ def leaves_unfilled(asked: Asked) -> str | None:
     return f"leaves {asked.filled:.0%} of the holes that the recording has not"
 
 
-def _in_scene(asked: Asked, worth: NDArray[np.float64], first: int) -> int:
-    """The axis of the scene in place of one of the picture that explains as much: a camera that hardly turns sees the
-    same surfaces at the same places, and what acts on surfaces is known by these."""
-    own = int(np.argmax(np.where(asked.own, worth, -np.inf)))
-    names = asked.validator.evidence.axes[own].names
-    in_picture = asked.validator.evidence.axes[first].names == {"image_position"}
-    alike = in_picture and asked.flexible and "surface" in names and worth[own] >= asked.limit.same * worth[first]
-    return own if alike else first
-
-
-def _is_theirs(asked: Asked, k: int, axis: int) -> bool:
-    """Whether an axis is one of another cause of that kind, and none of the effect's."""
-    return not asked.own[axis] and bool(asked.others(axis, k))
-
-
-def _is_more(asked: Asked, k: int) -> bool:
-    """Whether so much is closed of what others leave that it is not for their formulas alone. Two biases come near to a
-    third, such as an offset and a distortion of the lens to a scale that is wrong."""
-    return asked.closes_well and KINDS[k] != "bias"
-
-
-def _first(asked: Asked, k: int) -> int:
-    """The axis along which a kind of gap changes most. One of another cause, whose formula may leave that, gives way to
-    one of the effect's own, if much changes along it or the effect closes most of all that is left, and one of its own
-    that is crossed with that to its own alone."""
-    varies, first = asked.gap.varies[k], int(np.argmax(worth_of(asked.validator, asked.gap, k)[1]))
-    if k == ALL or not asked.others(first):
-        return first
-    own = asked.beside(k)
-    if asked.own[first]:
-        return own if own is not None and _is_crossed(asked, k, first) else first
-    if own is None and asked.closes_well:
-        return asked.along_own(k, first)
-    return first if own is None or varies[own] < asked.limit.beside * varies[first] else own
-
-
-def _is_crossed(asked: Asked, k: int, axis: int) -> bool:
-    """Whether an axis is one of the effect's own crossed with one of another cause of that kind, which it has not."""
-    theirs = asked.validator.evidence.axes[axis].names - set(asked.effect.axes)
-    return any(theirs & set(cause.axes) for cause in asked.others(axis, k))
-
-
 def is_of(asked: Asked, k: int) -> str | None:
     """Whether a kind of gap changes first along an axis of another cause of that kind, and none of the effect's.
 
     Then it is what that cause's own formula leaves, which many another effect takes up, as far as it can: next to
     nothing is left by what acted before the cause, such as an offset before steps.
     """
-    first, gap = _first(asked, k), asked.gap
-    if _is_more(asked, k) or asked.surely_left(k, first) <= asked.limit.left_by_exact:
+    first, gap = first_asked(asked, k), asked.gap
+    if is_more(asked, k) or asked.surely_left(k, first) <= asked.limit.left_by_exact:
         return None
     sure, _ = worth_of(asked.validator, gap, k)
     if not sure[first] or asked.own[first] or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
@@ -257,7 +149,7 @@ def leaves_crossed(asked: Asked, k: int) -> str | None:
     crossed = np.array([len(axis.names) > 1 for axis in axes])
     seen = (gap.varies[k] >= limit.crossed * gap.whole[k]) & (gap.varies[k] >= limit.sure * gap.chance[k])
     for axis in map(int, np.flatnonzero(asked.own & crossed & seen)):
-        if _is_crossed(asked, k, axis):
+        if is_crossed(asked, k, axis):
             continue
         parts = [n for n in np.flatnonzero(asked.own & ~crossed) if axes[n].names < axes[axis].names]
         alone = max([0.0, *asked.left.varies[k, parts]])
@@ -333,7 +225,7 @@ def not_itself(asked: Asked) -> str | None:
         if k == ALL:
             share = asked.surely_left(k, axis)
             return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > limit.untouched else None
-        if kind == "tail" and _lies_by_its_axis(asked):
+        if kind == "tail" and lies_by_its_axis(asked):
             continue
         more = left.varies[k, axis] - gap.varies[k, axis] - limit.sure * left.chance[k, axis]
         if more > limit.idle * float(does.whole[k]):
