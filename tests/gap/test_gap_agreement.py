@@ -242,6 +242,15 @@ def test_where_all_at_edges_is_closed_the_tails_there_are_for_the_formula(left: 
     assert (why is None) == closed, why
 
 
+@given(st.floats(0, 1), st.sampled_from(["intrinsics", "fixed_pattern"]))
+def test_rays_that_are_bent_by_another_formula_leave_some_at_edges(left: float, effect: str) -> None:
+    """Other than what has as many parameters and moves no ray."""
+    gap, limit = changes(BIAS, 0.1, [0.2, 0, 0]), DepthConfig().agreement
+    one = at_edges(asked(effect, gap, changes(BIAS, 0.1 * left, [0.2 * left, 0, 0]), gap))
+    most = limit.left_along * (1.0 if effect == "intrinsics" else limit.left_by_flexible)
+    assert (along.leaves(replace(one, flexible=True), ALL) is None) == (left <= most)
+
+
 @given(st.floats(0, 0.02), st.floats(0, 0.2), st.floats(0, 1))
 def test_medians_that_hardly_move_at_edges_say_nothing_of_their_shape(there: float, left: float, still: float) -> None:
     """Less than half of what is near an edge is foreground: only the spread shows it, unless fits move the medians."""

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap.depth.fit.asked import WORDS, Asked
 from depthsim.gap.depth.fit.changes import ALL, KINDS, worth_of
+from depthsim.gap.depth.fit.traits import bends_rays
 
 
 def leaves(asked: Asked, k: int) -> str | None:
@@ -68,6 +69,9 @@ def _may_leave(asked: Asked, k: int) -> NDArray[np.float64]:
     along[known_by] = well if asked.closes_well else limit.left_along
     if effect.axes == ("range",) and KINDS[k] == "missing":  # four are, which their shapes tell apart
         along[known_by] = limit.shape
+    if asked.closes_well and bends_rays(effect.id):  # whatever the formula, rays that are bent see past edges
+        at_edges = ["edge_distance" in axis.names for axis in axes]
+        along[at_edges] = np.maximum(along[at_edges], limit.left_along)
     if asked.learned:  # along its own axes as much is removed as other frames say for sure is there
         along[[axis.name in effect.axes for axis in axes]] = limit.untouched
     return along
