@@ -40,7 +40,7 @@ class FakeSearch:
         self.goes_together = lambda of: False
         self.refined = lambda of: of
         self.leaves = lambda of, score: True
-        self.is_early = lambda of: False
+        self.is_early = lambda of, beside=None: False
         self.is_known = self.is_theirs = self.is_its_own = lambda of: False
         self.left_in_all = lambda of: 1.0
         self.parameters_of = lambda trial, others: len(trial.newest.free)
@@ -337,7 +337,7 @@ def test_what_makes_errors_go_together_waits_for_what_holds_them_at_their_pixels
 ) -> None:
     """A filter that closes more than the noise beside a pattern, of which it makes nothing."""
     search, smooths, noise = FakeSearch(), Trial(model("filter"), 0.1), Trial(model("noise"), 0.2)
-    search.is_early = lambda of: early and of is smooths.model
+    search.is_early = lambda of, beside=None: early and of is smooths.model
     search.disagreement = lambda of, number: None  # type: ignore[attr-defined]
     monkeypatch.setattr(grow, "is_enough", lambda *_: True)
     begun = Chain(DepthSelect(), SCORE, 1.0)
@@ -781,6 +781,35 @@ def test_a_filter_comes_before_what_takes_many_times_the_pixels(
     leaders = [Trial(model(selected), 0.5), Trial(model("spatial_filter"), 0.6)]
     found = grow._for_the_moment(cast("Search", search), chain(1.0), leaders, leaders[0])
     assert (found.newest.effect if found else None) == taken
+
+
+@pytest.mark.parametrize(
+    ("holding", "early", "acting", "taken"),
+    [
+        ("extrinsic_translation", True, None, "extrinsic_translation"),
+        ("extrinsic_translation", False, None, "spatial_filter"),
+        ("extrinsic_translation", True, "material_noise", "decimation"),
+        ("", True, None, "decimation"),
+    ],
+)
+def test_the_bias_that_holds_errors_comes_before_what_looks_like_the_filter_of_a_larger_noise(
+    monkeypatch: pytest.MonkeyPatch, holding: str, early: bool, acting: str | None, taken: str
+) -> None:
+    """A mount that is off beside a filter, in a corridor: decimation was taken, and the rest was not found."""
+    monkeypatch.setattr(grow, "is_enough", lambda *_: True)
+    monkeypatch.setattr(grow, "has_more_pixels", lambda *_: False)
+    gaps = {"spatial_filter": 0.1, "decimation": 0.11, "extrinsic_translation": 0.8, "baseline_scale": 0.7}
+    leaders = [Trial(model(effect), gap) for effect, gap in gaps.items()]
+    search = FakeSearch()
+    search.evidence = SimpleNamespace(camera=None)  # type: ignore[attr-defined]
+    search.stands_for_another = search.is_flexible = lambda of: False  # type: ignore[attr-defined]
+    filters = leaders[0].model
+    search.is_early = lambda of, beside=None: (
+        early and of is filters and (beside is None or beside.parts[-1].effect != holding)
+    )
+    selected = Trial(model(acting), 0.9) if acting else None
+    found = grow._for_the_moment(cast("Search", search), chain(1.0), leaders, selected)
+    assert found is not None and found.newest.effect == taken
 
 
 @pytest.mark.parametrize(

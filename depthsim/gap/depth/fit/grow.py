@@ -12,6 +12,7 @@ from depthsim.gap.depth.fit.in_one import law_in_place
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.traits import has_more_pixels, is_filter
+from depthsim.sensor.effect import effect_class
 
 
 def grow(search: Search, chain: Chain) -> None:
@@ -58,11 +59,24 @@ def _for_the_moment(search: Search, chain: Chain, leaders: Sequence[Trial], sele
         found = next((one for one in filters if not _is_for_another(search, one)), None)
         if found is not None and is_enough(search, chain, found, leaders):
             return found
+    if selected is None and (held := _what_holds(search, leaders)) is not None:
+        return held
     itself = next((one for one in leaders if not _is_for_another(search, one)), None)
     itself = _plainer(search, chain, leaders, itself) if itself else None
     if itself and _is_far_ahead(search, itself, selected) and is_enough(search, chain, itself, leaders):
         return itself
     return None
+
+
+def _what_holds(search: Search, leaders: Sequence[Trial]) -> Trial | None:
+    """The bias by which errors stay where the recording's do, where what closes most makes them go together and is too
+    early for that: a filter of a noise that is larger than the bias, such as that of a mount."""
+    best = min(leaders, key=lambda one: one.gap, default=None)
+    if best is None or not search.is_early(best.model):
+        return None
+    biases = (one for one in leaders if effect_class(one.newest.effect).kinds[0] == "bias")
+    holding = (one for one in biases if not search.is_early(best.model, beside=one.model))
+    return min(holding, key=lambda one: one.gap, default=None)
 
 
 def _plainer(search: Search, chain: Chain, leaders: Sequence[Trial], itself: Trial) -> Trial:

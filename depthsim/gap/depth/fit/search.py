@@ -105,10 +105,13 @@ class Search(Screening):
         newest = (self.validator, *self._newest(model))
         return (is_idle(*newest) or brings_together(*newest)) is not None
 
-    def is_early(self, model: Model) -> bool:
+    def is_early(self, model: Model, beside: Model | None = None) -> bool:
         """Whether the newest part of a model makes errors go together, where the recording's come in waves or in blocks
-        or stay at their pixels and those of the model do not yet: what makes them so is looked for before it."""
+        or stay at their pixels and those of the model, or of the one ``beside`` it, do not yet: what makes them so is
+        looked for before it."""
         effect, _, after = self._newest(model)
+        if beside is not None:
+            after = beside.build(self.base)
         if effect.kinds[0] != "correlation":
             return False
         return any(
