@@ -104,6 +104,8 @@ ERRORS_OF_THE_SENSOR: dict[str, dict[str, Any]] = {
     "rolling_shutter": {"readout": 0.02},
     "thermal_drift": {"drift": -0.02, "time_constant": 1.0},
     "lens_distortion": {"k1": 0.01},
+    "lens_distortion of two terms": {"k1": -0.05, "k2": 0.02},
+    "intrinsics": {"fx": 1.005, "fy": 1.002, "cx": 1.0, "cy": -0.8},
     "extrinsic_rotation": {"x": 0.8, "y": -0.6, "z": 0.3},
     "extrinsic_translation": {"x": 0.03, "y": -0.02, "z": 0.01},
     "fixed_pattern": {"amplitude": 0.1, "size": 12},
@@ -117,7 +119,7 @@ ERRORS_OF_THE_SENSOR: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("effect_id", ERRORS_OF_THE_SENSOR)
 def test_errors_of_the_sensor_are_none_of_the_poses(effect_id: str, room: Room) -> None:
-    run = room.record(**{effect_id: ERRORS_OF_THE_SENSOR[effect_id]})
+    run = room.record(**{effect_id.split(maxsplit=1)[0]: ERRORS_OF_THE_SENSOR[effect_id]})
     found = room.register(run)
     assert found.errors.is_none and not found.corrections.any(), found.errors
     assert found.applied(run) is run and found.errors.rotation == found.errors.translation == 0

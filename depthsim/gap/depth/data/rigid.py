@@ -111,12 +111,13 @@ class Look:
         d = fb / z
         turn = np.stack([y * n[2] - n[1], n[0] - x * n[2], x * n[1] - y * n[0]])
         rigid = np.concatenate([d / a * turn, d / (z * a) * n])
-        bent = d / a * (n[0] * x + n[1] * y) * (x * x + y * y)
-        nuisance = self._nuisances(index, rigid, twist, d, bent, use)
+        aside, r2 = d / a * n[:2], x * x + y * y  # what a ray does that goes a little to the right, or down
+        optics = np.stack([*aside, *aside * (x, y), *np.einsum("in,in->n", aside, (x, y)) * (r2, r2 * r2)])
+        nuisance = self._nuisances(index, rigid, twist, d, optics, use)
         return Frame(fb / measured[use] - d, nuisance, d, self._halves()[use], np.flatnonzero(use))
 
     def _nuisances(
-        self, index: int, rigid: Floats, twist: Floats, disparity: Floats, bent: Floats, use: NDArray[np.bool_]
+        self, index: int, rigid: Floats, twist: Floats, disparity: Floats, optics: Floats, use: NDArray[np.bool_]
     ) -> Floats:
         begin, end = self.span
         time = 2 * (float(self.run.stamps[index]) - begin) / max(end - begin, 1e-9) - 1
@@ -124,7 +125,7 @@ class Look:
         angle = 2 * np.pi * disparity
         drifts = [-disparity * time**k for k in range(1, _DRIFT + 1)]
         hats = [np.interp(disparity, self.knots, unit) for unit in np.eye(len(self.knots))]
-        parts = [*rigid, moved, moved * down, bent, np.sin(angle), np.cos(angle), *drifts, *hats]
+        parts = [*rigid, moved, moved * down, np.sin(angle), np.cos(angle), *drifts, *hats, *optics]
         found = np.empty((len(disparity), len(self.priors)))
         for column, part in enumerate(parts):
             found[:, column] = part
@@ -139,14 +140,15 @@ class Look:
 
     @property
     def priors(self) -> Floats:
-        """(nuisances,) how large each may be: turn and shift of the mount, stamps, rows, lens, steps, drift, bias."""
-        mount, camera = [0.1] * 3 + [0.1] * 3, [0.2, 0.1, 0.1, 0.2, 0.2]
+        """(nuisances,) how large each may be: turn and shift of the mount, stamps, rows, steps, drift, a bias by the
+        disparity, optics (principal point, focal lengths, two terms of the lens) and a bias by the pixel."""
+        mount, camera, optics = [0.1] * 3 + [0.1] * 3, [0.2, 0.1, 0.2, 0.2], [0.1] * 6
         pattern = [0.2] * (_PATTERN[0] * _PATTERN[1])
-        return np.array([*mount, *camera, *[0.1] * _DRIFT, *[2.0] * len(self.knots), *pattern])
+        return np.array([*mount, *camera, *[0.1] * _DRIFT, *[2.0] * len(self.knots), *optics, *pattern])
 
-    in_time: ClassVar[list[int]] = [6, 7, *range(11, 11 + _DRIFT)]
+    in_time: ClassVar[list[int]] = [6, 7, *range(10, 10 + _DRIFT)]
     """The nuisances that change with time or motion: stamps, rows, drift."""
-    by_disparity: ClassVar[slice] = slice(11 + _DRIFT, 11 + _DRIFT + _RANGES)
+    by_disparity: ClassVar[slice] = slice(10 + _DRIFT, 10 + _DRIFT + _RANGES)
     """Those that are a bias at each of ``knots``."""
 
     def _halves(self) -> NDArray[np.int8]:
