@@ -43,7 +43,7 @@ class LensDistortion(Effect):
     axes = ("image_radius", "image_position", "image_row", "image_column", "edge_distance")
     kinds = ("bias", "spread", "tail")
     recording = "a flat wall that fills the picture to its corners"
-    forms = ({"p1": 0.0, "p2": 0.0}, {})
+    forms = ({"p1": 0.0, "p2": 0.0}, {"k2": 0.0})
 
     k1: float = parameter(
         0.002,
@@ -63,7 +63,8 @@ class LensDistortion(Effect):
         neutral=0,
         about="what the calibration left of the term in r⁵",
         source="assumed: k1 alone",
-        frozen=True,
+        starts=(0.0,),
+        step=0.001,
     )
     p1: float = _decentred("y")
     p2: float = _decentred("x")
