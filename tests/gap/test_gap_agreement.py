@@ -251,6 +251,18 @@ def test_rays_that_are_bent_by_another_formula_leave_some_at_edges(left: float, 
     assert (along.leaves(replace(one, flexible=True), ALL) is None) == (left <= most)
 
 
+@given(st.floats(0, 0.2), st.floats(0, 1))
+def test_pixels_in_between_that_are_seen_as_spread_go_together_as_noise_does(together: float, still: float) -> None:
+    """Where most pixels near an edge are off, hardly any of them is an outlier by the spread that they have there."""
+    limit, does = DepthConfig().agreement, changes(TAIL, 0.01, [0.01, 0, 0])
+    gap, left = changes(SPREAD, 0.25, [0.25, 0, 0]), changes(SPREAD, 0.25 * still, [0.25 * still, 0, 0])
+    does.mean[ALL] = 0.25
+    one = at_edges(asked("flying_pixels", gap, replace(left, together=together), does))
+    lies_there = still <= limit.left_along
+    most = limit.together * does.whole[ALL] if lies_there else limit.outliers_together * does.whole[TAIL]
+    assert (rules.goes_together(one) is None) == (together <= most)
+
+
 @given(st.floats(0, 0.02), st.floats(0, 0.2), st.floats(0, 1))
 def test_medians_that_hardly_move_at_edges_say_nothing_of_their_shape(there: float, left: float, still: float) -> None:
     """Less than half of what is near an edge is foreground: only the spread shows it, unless fits move the medians."""

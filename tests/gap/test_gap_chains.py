@@ -11,7 +11,7 @@ from depthsim.gap.config import DepthConfig, DepthSelect
 from depthsim.gap.depth.fit import confirm, grow, hiding, optimize, select, ties
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.chain import Chain
-from depthsim.gap.depth.fit.enough import _formula_of, _stood_for_both, is_enough
+from depthsim.gap.depth.fit.enough import _formula_of, _stood_for_both, is_alike, is_enough
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
 from depthsim.gap.depth.fit.free import Free
 from depthsim.gap.depth.fit.optimize import Model
@@ -633,6 +633,42 @@ def test_what_is_known_where_the_gap_lies_takes_the_place_of_what_is_not(
     assert ([part.effect for part in found.parts] if found else None) == (
         ["disparity_noise", "material_dropout"] if taken else None
     )
+
+
+@pytest.mark.parametrize(
+    ("wrong", "replaceable", "first"),
+    [
+        (
+            [1, 0],
+            {"intrinsics", "flying_pixels"},
+            "intrinsics",
+        ),  # what it leaves may be all that is wrong with the other
+        ([1, 0], {"flying_pixels"}, "flying_pixels"),
+        ([1, 0], set(), "flying_pixels"),
+        ([1], {"intrinsics"}, "flying_pixels"),  # which is not wrong
+        ([0, 1], {"flying_pixels"}, "intrinsics"),  # that closes least
+    ],
+)
+def test_geometry_that_is_another_is_replaced_before_what_it_speaks_against_is_dropped(
+    monkeypatch: pytest.MonkeyPatch, wrong: list[int], replaceable: set[str], first: str
+) -> None:
+    """Other intrinsics for a lens: pixels in between went together with what these left, and never came back."""
+    whole = model("intrinsics", "flying_pixels")
+
+    def in_its_place(search: Search, of: Model, worst: int) -> Model | None:
+        return whole.less(worst) if of.parts[worst].effect in replaceable else None
+
+    monkeypatch.setattr(confirm, "_in_its_place", in_its_place)
+    worst, better = confirm._replaced(cast("Search", FakeSearch()), whole, wrong)
+    assert whole.parts[worst].effect == first
+    assert (better is not None) == (first in replaceable)
+
+
+def test_nothing_is_alike_a_pattern_that_is_learned() -> None:
+    """Which leaves nothing that is due to a formula: intrinsics beside it were taken for a lens."""
+    assert not is_alike("intrinsics", ["fixed_pattern"]) and not is_alike("extrinsic_rotation", ["fixed_pattern"])
+    assert is_alike("intrinsics", ["fixed_pattern", "extrinsic_rotation"])
+    assert is_alike("max_range", ["range_dropout"]) and not is_alike("fill_rate", ["fill_rate"])
 
 
 @pytest.mark.parametrize(("gap", "taken"), [(0.2005, True), (0.3, False)])

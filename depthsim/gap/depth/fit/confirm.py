@@ -1,5 +1,7 @@
 """Causes of a whole model that are confirmed: each closes something, and acts where the others leave a gap."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from depthsim.gap.depth.fit.enough import is_alike
@@ -25,17 +27,18 @@ def confirmed(search: Search, refuse: Refuse, model: Model, *, first: bool = Fal
             continue
         wrong = [k for k, why in enumerate(reasons) if why is not None]
         least = int(np.argmin(shares))
+        better: Model | None = None
         faint = len(shares) > 1 and shares[least] < search.config.significance.faint * search.floor
         if faint and not search.makes_doubling(model, least):
             worst, why = least, "closes next to nothing beside the others"
         elif wrong:
-            worst = min(wrong, key=lambda k: shares[k])
+            worst, better = _replaced(search, model, sorted(wrong, key=lambda k: shares[k]))
             why = str(reasons[worst])
         else:
             break
         search.say(f"{model.parts[worst].effect} is no cause: it {why}")
         refuse(model.parts[worst].effect, shares[worst] / search.whole, why)
-        if not faint and (better := _in_its_place(search, model, worst)):
+        if better is not None:
             model = better
             continue
         model = model.less(worst)
@@ -43,6 +46,19 @@ def confirmed(search: Search, refuse: Refuse, model: Model, *, first: bool = Fal
         if first and not faint and model.parts:
             break
     return model
+
+
+def _replaced(search: Search, model: Model, wrong: Sequence[int]) -> tuple[int, Model | None]:
+    """Which of the causes that are wrong goes, and the model with another in its place, if there is one.
+
+    The first of them, unless one is geometry and another takes its place: what such a one leaves, as there is no other
+    formula of it, may be all that is wrong with the others.
+    """
+    exact = (k for k in wrong if k != wrong[0] and effect_class(model.parts[k].effect).exact)
+    for number in (*exact, wrong[0]):
+        if (better := _in_its_place(search, model, number)) is not None:
+            return number, better
+    return wrong[0], None
 
 
 def _in_its_place(search: Search, model: Model, worst: int) -> Model | None:

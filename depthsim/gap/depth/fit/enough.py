@@ -67,7 +67,8 @@ def _is_leftover(search: Search, chain: Chain, trial: Trial, others: Sequence[Tr
         # As much is left by the formula of the first.
         is_its_own = _is_of_one_material if by_material else _is_by_its_own_axis
         return not (is_apart and is_its_own(search, chain, trial))
-    is_flexible = by_material or search.is_flexible(trial.newest)
+    # Geometry has no other formula: however many its parameters are, it takes up little of what is another's.
+    is_flexible = by_material or (search.is_flexible(trial.newest) and not effect_class(effect).exact)
     little = gained < limit.further * search.whole
     return is_flexible and little and not _is_no_leftover(search, chain, trial, others, by_material)
 
@@ -184,8 +185,12 @@ def is_other_kind(one: Trial, other: Trial) -> bool:
 
 
 def is_alike(effect: str, named: Sequence[str]) -> bool:
-    """Whether a cause makes the same kind of error along the same axis first: an effect may be for what it leaves."""
-    kinds = [(one.kinds[0], one.axes[:1]) for one in map(effect_class, (effect, *named))]
+    """Whether a cause makes the same kind of error along the same axis first: an effect may be for what it leaves.
+
+    What a learned pattern leaves is due to no formula.
+    """
+    formulas = (one for one in map(effect_class, named) if not learned_of(one))
+    kinds = [(one.kinds[0], one.axes[:1]) for one in (effect_class(effect), *formulas)]
     return bool(kinds[0][1]) and kinds[0] in kinds[1:]
 
 

@@ -305,7 +305,8 @@ def goes_together(asked: Asked) -> str | None:
         return None
     kind, does, limit = asked.effect.kinds[0], asked.does.whole, asked.limit
     together = asked.left.lost_together if kind == "missing" else asked.left.together
-    most = limit.outliers_together * does[KINDS.index(kind)] if kind == "tail" else limit.together * does[ALL]
+    as_tails = kind == "tail" and not lies_by_its_axis(asked)
+    most = limit.outliers_together * does[KINDS.index(kind)] if as_tails else limit.together * does[ALL]
     if kind == "missing":
         if asked.does.lost_together > most:
             return None
