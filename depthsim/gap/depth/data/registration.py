@@ -1,8 +1,8 @@
 """How far the poses of a recording are off from frame to frame, and the poses without that.
 
 A frame's residuals are explained by three parts together: what the sensor does alike in all frames (a bias by pixel
-and by disparity, other optics, a scale that drifts, a mount that is turned, stamps that are late, rows one after another:
-the nuisances of :mod:`~depthsim.gap.depth.data.rigid`), a rigid motion of the frame's own, and noise. The first is
+and by disparity, other optics, a scale that drifts, a mount that is turned, late stamps, rows one after another: the
+nuisances of :mod:`~depthsim.gap.depth.data.rigid`), a rigid motion of the frame's own, and noise. The first is
 left in the recording; only the second is an error of its poses: see :mod:`~depthsim.gap.depth.data.mixed_model`. What
 a motion does to a pixel holds to first order only, so the scene is cast anew from where the camera is by then.
 """
