@@ -79,6 +79,11 @@ class PoseErrors:
         return self.of_disparity > 1
 
     @property
+    def are_of_others(self) -> bool:
+        """Whether what differs from frame to frame is no error of the poses, or nobody knows."""
+        return self.is_unknown or self.are_of_time or self.are_of_disparity or self.are_lasting
+
+    @property
     def is_none(self) -> bool:
         """Whether no direction varies by more than chance."""
         return not np.nansum(self.deviation) > 0

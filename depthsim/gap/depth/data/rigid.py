@@ -33,6 +33,8 @@ _PATTERN = 5, 7
 """Knots, down and across, of a bias that is locked to the pixel."""
 _RANGES = 5
 """Knots of a bias that depends on the disparity."""
+HELD = 1e-9
+"""The prior of what is held at 0."""
 _DRIFT = 3
 """The degree of a scale that drifts with time."""
 
@@ -60,7 +62,8 @@ class Frame:
 class Look:
     """How the frames of a recording are looked at: with a pixel in several, at any pose.
 
-    stamps: of first and last frame [s]. knots: disparities [px] between which a bias that depends on it is linear.
+    stamps: of first and last frame [s]. of_optics: whether other optics are among the nuisances, see :attr:`priors`.
+    knots: disparities [px] between which a bias that depends on it is linear.
     """
 
     run: Run
@@ -69,18 +72,19 @@ class Look:
     stride: int
     rays: NDArray[np.float32]
     span: tuple[float, float]
+    of_optics: bool = False
     knots: Floats = field(default_factory=lambda: np.empty(0))
     measured: dict[int, NDArray[np.float32]] = field(default_factory=dict)
     trusted: dict[int, NDArray[np.bool_]] = field(default_factory=dict)
 
     @classmethod
-    def at(cls, run: Run, caster: Caster, samples: int = SAMPLES) -> "Look":
+    def at(cls, run: Run, caster: Caster, samples: int = SAMPLES, *, of_optics: bool = False) -> "Look":
         """At about ``samples`` pixels of each frame."""
         full = run.camera
         stride = max(1, round(np.sqrt(full.width * full.height / samples)))
         rays = np.ascontiguousarray(full.rays[:, stride // 2 :: stride, stride // 2 :: stride])
         camera = full.model_copy(update={"width": rays.shape[2], "height": rays.shape[1]})
-        return cls(run, caster, camera, stride, rays, (float(run.stamps[0]), float(run.stamps[-1])))
+        return cls(run, caster, camera, stride, rays, (float(run.stamps[0]), float(run.stamps[-1])), of_optics)
 
     def load(self, index: int) -> None:
         """Read a frame's picture, once."""
@@ -141,8 +145,13 @@ class Look:
     @property
     def priors(self) -> Floats:
         """(nuisances,) how large each may be: turn and shift of the mount, stamps, rows, steps, drift, a bias by the
-        disparity, optics (principal point, focal lengths, two terms of the lens) and a bias by the pixel."""
-        mount, camera, optics = [0.1] * 3 + [0.1] * 3, [0.2, 0.1, 0.2, 0.2], [0.1] * 6
+        disparity, optics (principal point, focal lengths, two terms of the lens) and a bias by the pixel.
+
+        Over a few frames optics take up some of what random errors leave on average: they are held, but for the first
+        term of the lens, unless they are asked for.
+        """
+        mount, camera, other = [0.1] * 3 + [0.1] * 3, [0.2, 0.1, 0.2, 0.2], 0.1 if self.of_optics else HELD
+        optics = [other] * 4 + [0.1, other]
         pattern = [0.2] * (_PATTERN[0] * _PATTERN[1])
         return np.array([*mount, *camera, *[0.1] * _DRIFT, *[2.0] * len(self.knots), *optics, *pattern])
 

@@ -109,8 +109,7 @@ def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
     frames = [int(i) for block in given.blocks for i in block]
     found = register(given.run, given.caster, frames, given.threads)
     errors = found.errors
-    others = errors.are_of_time or errors.are_of_disparity or errors.are_lasting
-    if errors.is_unknown or others or (errors.is_none and (held is None or held.is_neutral)):
+    if errors.are_of_others or (errors.is_none and (held is None or held.is_neutral)):
         return errors, None
     return errors, Poses(found, held, _registered(given, found))
 
