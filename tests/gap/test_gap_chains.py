@@ -638,11 +638,7 @@ def test_what_is_known_where_the_gap_lies_takes_the_place_of_what_is_not(
 @pytest.mark.parametrize(
     ("wrong", "replaceable", "first"),
     [
-        (
-            [1, 0],
-            {"intrinsics", "flying_pixels"},
-            "intrinsics",
-        ),  # what it leaves may be all that is wrong with the other
+        ([1, 0], {"intrinsics", "flying_pixels"}, "intrinsics"),  # which may be all that is wrong
         ([1, 0], {"flying_pixels"}, "flying_pixels"),
         ([1, 0], set(), "flying_pixels"),
         ([1], {"intrinsics"}, "flying_pixels"),  # which is not wrong

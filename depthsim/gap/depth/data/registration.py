@@ -19,7 +19,7 @@ from scipy.special import fdtri
 from depthsim.gap.depth.data.equations import Equations, equations
 from depthsim.gap.depth.data.mixed_model import FINE, MixedModel
 from depthsim.gap.depth.data.pose_errors import PoseErrors
-from depthsim.gap.depth.data.rigid import HELD, Floats, Look
+from depthsim.gap.depth.data.rigid import Floats, Look
 from depthsim.parallel import core_count
 from depthsim.raycast import Caster
 from depthsim.runs import Run
@@ -36,6 +36,8 @@ _LEAST_PIXELS = 200
 _SURE, _ONE = 0.999, 3.3
 """What is alike in all frames is a mount's or late stamps' where random errors leave as much on average in 1 of 1000
 recordings; that many standard errors of one number."""
+_NOTHING = 1e-9
+"""The prior of what is held at 0."""
 _TUKEY = 4.685
 _LEAST_NOISE = 0.01
 """[px] The noise is never taken for less."""
@@ -88,7 +90,7 @@ def register(run: Run, caster: Caster, frames: Iterable[int] | None = None, thre
         return one.errors.is_none or one.errors.are_of_others
 
     plain = found(of_optics=False)
-    # What other optics do is no error of the poses, though it may look like some.
+    # What other optics do may look like errors of the poses. They are asked only then, see :attr:`Look.priors`.
     beside_optics = plain if is_none(plain) else found(of_optics=True)
     return beside_optics if is_none(beside_optics) else plain
 
@@ -97,7 +99,7 @@ class _Work(MixedModel):
     """The alternation of casting and solving."""
 
     def __init__(
-        self, run: Run, caster: Caster, frames: Sequence[int], threads: int | None, *, of_optics: bool = False
+        self, run: Run, caster: Caster, frames: Sequence[int], threads: int | None, *, of_optics: bool
     ) -> None:
         self.run, self.frames, self.threads = run, list(frames), threads or core_count()
         self.look = Look.at(run, caster, of_optics=of_optics)
@@ -150,7 +152,7 @@ class _Work(MixedModel):
         # Of poses that jitter, those of a moment between two frames are their mean, and fit better than either. So late
         # stamps are tried against the motion of the registered camera.
         held[6] = True
-        self._again(np.where(held, HELD, free))
+        self._again(np.where(held, _NOTHING, free))
         registered = Motion.along(*(_corrected(path, self.stamps, self.random) for path in self.paths))
         twist = np.array([_twist(registered, stamp) for stamp in self.stamps])
         trust = twist / np.maximum(self.variance, FINE**2)
@@ -158,7 +160,7 @@ class _Work(MixedModel):
         late = float((trust * self.random).sum()) / information
         if late**2 > _ONE**2 * self._lasting() / information:
             held[6] = False
-            self._again(np.where(held, HELD, free))
+            self._again(np.where(held, _NOTHING, free))
 
     def _of_disparity(self) -> float:
         """See :class:`PoseErrors`: an offset and a scale of the disparities of each frame."""

@@ -33,8 +33,6 @@ _PATTERN = 5, 7
 """Knots, down and across, of a bias that is locked to the pixel."""
 _RANGES = 5
 """Knots of a bias that depends on the disparity."""
-HELD = 1e-9
-"""The prior of what is held at 0."""
 _DRIFT = 3
 """The degree of a scale that drifts with time."""
 
@@ -62,7 +60,7 @@ class Frame:
 class Look:
     """How the frames of a recording are looked at: with a pixel in several, at any pose.
 
-    stamps: of first and last frame [s]. of_optics: whether other optics are among the nuisances, see :attr:`priors`.
+    stamps: of first and last frame [s]. of_optics: whether other optics than a lens are nuisances, see :attr:`priors`.
     knots: disparities [px] between which a bias that depends on it is linear.
     """
 
@@ -116,12 +114,13 @@ class Look:
         turn = np.stack([y * n[2] - n[1], n[0] - x * n[2], x * n[1] - y * n[0]])
         rigid = np.concatenate([d / a * turn, d / (z * a) * n])
         aside, r2 = d / a * n[:2], x * x + y * y  # what a ray does that goes a little to the right, or down
-        optics = np.stack([*aside, *aside * (x, y), *np.einsum("in,in->n", aside, (x, y)) * (r2, r2 * r2)])
+        bent = (aside[0] * x + aside[1] * y) * r2
+        optics = [bent, *aside, *aside * (x, y), bent * r2] if self.of_optics else [bent]
         nuisance = self._nuisances(index, rigid, twist, d, optics, use)
         return Frame(fb / measured[use] - d, nuisance, d, self._halves()[use], np.flatnonzero(use))
 
     def _nuisances(
-        self, index: int, rigid: Floats, twist: Floats, disparity: Floats, optics: Floats, use: NDArray[np.bool_]
+        self, index: int, rigid: Floats, twist: Floats, disparity: Floats, optics: list[Floats], use: NDArray[np.bool_]
     ) -> Floats:
         begin, end = self.span
         time = 2 * (float(self.run.stamps[index]) - begin) / max(end - begin, 1e-9) - 1
@@ -145,13 +144,12 @@ class Look:
     @property
     def priors(self) -> Floats:
         """(nuisances,) how large each may be: turn and shift of the mount, stamps, rows, steps, drift, a bias by the
-        disparity, optics (principal point, focal lengths, two terms of the lens) and a bias by the pixel.
+        disparity, optics (a lens, and if asked for principal point, focal lengths and its second term) and a bias by
+        the pixel.
 
-        Over a few frames optics take up some of what random errors leave on average: they are held, but for the first
-        term of the lens, unless they are asked for.
+        Over a few frames other optics take up some of what random errors leave on average.
         """
-        mount, camera, other = [0.1] * 3 + [0.1] * 3, [0.2, 0.1, 0.2, 0.2], 0.1 if self.of_optics else HELD
-        optics = [other] * 4 + [0.1, other]
+        mount, camera, optics = [0.1] * 3 + [0.1] * 3, [0.2, 0.1, 0.2, 0.2], [0.1] * (6 if self.of_optics else 1)
         pattern = [0.2] * (_PATTERN[0] * _PATTERN[1])
         return np.array([*mount, *camera, *[0.1] * _DRIFT, *[2.0] * len(self.knots), *optics, *pattern])
 
