@@ -20,13 +20,16 @@ from depthsim.sensor.effect import Effect
 Floats = NDArray[np.float64]
 Effects = Sequence[Effect]
 KINDS = ("bias", "spread", "missing", "tail", "all")
-ALL = 4
+_SPREAD, ALL = 1, 4
 GROWING = ("range", "incidence")
 """The axes along which holes begin somewhere."""
 ENOUGH = 30
 """Pixels of a cell, with fewer of which nothing is said of it."""
 _BITS = 2 * np.log(2)
 """Squared differences of the roots of shares, where they are small, for a bit of divergence."""
+_MOST = 3.0
+"""Times the divergence of two errors: the logarithms of their spreads say more only of normal errors of which one is
+fifteen times the other."""
 
 
 @dataclass(frozen=True)
@@ -285,7 +288,9 @@ def _scaled(a: Floats, b: Floats) -> Floats:
     """(4 + bins, cells) how histograms (cells, bins) differ: in bias, spread, holes and tails, such that the square is
     the divergence in bits where it is small, and in the roots of all shares.
 
-    Of pixels with depth only the share that has some: the median of three in a shadow says nothing of the others.
+    Of pixels with depth only the share that has some: the median of three in a shadow says nothing of the others. And
+    spreads by no more than whole distributions: where a sixth of a cell's pixels is far off, as before edges that are
+    fattened, a few more or less make its spread many times as large.
     """
     one, other = moments(a), moments(b)
     bias = (one.middle - other.middle) / np.sqrt(one.spread**2 + other.spread**2)
@@ -297,4 +302,7 @@ def _scaled(a: Floats, b: Floats) -> Floats:
     seen = np.sqrt(1 - np.maximum(one.holes, other.holes))
     kinds = np.stack([seen * bias, seen * spread, holes, seen * far]) / np.sqrt(4 * np.log(2))
     roots = [np.sqrt(x / x.sum(axis=1, keepdims=True)) for x in (a, b)]
-    return np.concatenate([kinds, (roots[0] - roots[1]).T])
+    apart = roots[0] - roots[1]
+    most = np.sqrt(_MOST / _BITS * np.square(apart).sum(axis=1))
+    kinds[_SPREAD] = np.clip(kinds[_SPREAD], -most, most)
+    return np.concatenate([kinds, apart.T])
