@@ -111,7 +111,7 @@ def is_for_another_axis(asked: Asked, k: int) -> str | None:
     sure, worth = worth_of(asked.validator, gap, k)
     first = int(np.argmax(worth))
     own = np.array([bool(axis.names & set(named_by)) for axis in asked.validator.evidence.axes]) & asked.own
-    if own[first] or not own.any() or asked.others(first) or not sure[first]:
+    if own[first] or not own.any() or asked.others(first, k) or not sure[first]:
         return None
     share = asked.surely_left(k, first)
     enough, most = (limit.as_much, limit.near_floor) if asked.flexible else (limit.beside, limit.left_of_noise)
