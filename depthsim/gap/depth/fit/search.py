@@ -29,7 +29,7 @@ from depthsim.gap.depth.fit.marks import (
 )
 from depthsim.gap.depth.fit.optimize import Model, refine, starts
 from depthsim.gap.depth.fit.screening import Screening
-from depthsim.gap.depth.fit.traits import acts_along, has_more_pixels, is_filling, is_known_by
+from depthsim.gap.depth.fit.traits import acts_along, has_more_pixels, is_filling, is_filter, is_known_by
 from depthsim.gap.selection import not_outdone, plainest
 from depthsim.sensor.effect import Effect, effect_class
 
@@ -164,7 +164,7 @@ class Search(Screening):
             return whole
 
         begun = list(self.told(whole_of, leaders, [f"fitting {model.parts[-1].effect}" for model in leaders]))
-        found = self._fitted_further(begun, without)
+        found = self._in_best_forms(so_far, self._fitted_further(begun, without))
         found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well one that is known by where the gap changes first comes first, and then the
         # plainest: holes everywhere before holes on every material, and what there is otherwise before what is new.
@@ -284,7 +284,25 @@ class Search(Screening):
         first = {name for _, along in first_axes(self.validator, base) for name in along}
         if not self.is_flexible(newest) and not first & set(effect_class(newest.effect).axes[:1]):
             return None
-        begun = (self.begin(candidate, base, roughly=True) for candidate in self.other_forms(newest, in_place=True))
+        return self._in_other_form(so_far, trial)
+
+    def _in_best_forms(self, so_far: Model | None, found: Sequence[Trial]) -> list[Trial]:
+        """What is found, each filter that comes near the best in the form that closes most: each form has minima of its
+        own, and by a few frames another came first."""
+        best = min((trial.gap for trial in found), default=np.inf)
+        gap = self.validated(so_far).gap if so_far else self.before
+        near = best + self.config.select.near_of_cause * (gap - best)
+
+        def in_best(trial: Trial) -> Trial:
+            is_asked = is_filter(trial.newest.effect) and trial.gap < near
+            return (self._in_other_form(so_far, trial) if is_asked else None) or trial
+
+        return list(map(in_best, found))
+
+    def _in_other_form(self, so_far: Model | None, trial: Trial) -> Trial | None:
+        base = so_far.build(self.base) if so_far else self.base
+        forms = self.other_forms(trial.newest, in_place=True)
+        begun = (self.begin(candidate, base, roughly=True) for candidate in forms)
         tried = (self.fit_roughly(so_far.plus(one) if so_far else one, 2) for one in begun)
         best = min(tried, key=lambda model: model.loss, default=None)
         other = self.validated(self.fit(best, 4)) if best else trial
