@@ -155,7 +155,8 @@ def _child(order: dict[str, Any], work: Path) -> dict[str, Any]:
     command = [sys.executable, "-m", "benchmarks.withheld_score.child", json.dumps({**order, "answer": str(answer)})]
     begin = time.perf_counter()
     with log.open("wb") as text:
-        process = subprocess.Popen(command, cwd=ROOT, stdout=text, stderr=subprocess.STDOUT)
+        alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as the command has it: more would spin beside other cases
+        process = subprocess.Popen(command, cwd=ROOT, env=alone, stdout=text, stderr=subprocess.STDOUT)
         peak = _wait(process, begin + FOREVER)
     outcome: dict[str, Any] = {"seconds": time.perf_counter() - begin, "peak_mb": peak}
     if answer.exists() and process.returncode == 0:
