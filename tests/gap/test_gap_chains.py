@@ -153,6 +153,30 @@ def test_what_has_fewer_parameters_and_leaves_no_more_takes_the_place(
     assert equals == ({} if becomes == "fill_rate" else {"range_dropout": ("fill_rate",)})
 
 
+@pytest.mark.parametrize(
+    ("together", "why", "leaders", "become"),
+    [
+        (0.19, None, ("disparity_noise", "fill_rate"), ["disparity_noise", "fill_rate"]),
+        (0.21, None, ("disparity_noise", "fill_rate"), ["ambient_light"]),  # they leave more
+        (0.19, "leaves all of it", ("disparity_noise", "fill_rate"), ["ambient_light"]),
+        (0.19, None, ("disparity_noise", "vignetting_noise"), ["ambient_light"]),  # of which none makes holes
+        (0.19, None, ("material_noise", "fill_rate"), ["ambient_light"]),  # which has as many
+    ],
+)
+def test_two_with_few_parameters_take_the_place_of_one_with_many(
+    monkeypatch: pytest.MonkeyPatch, together: float, why: str | None, leaders: tuple[str, str], become: list[str]
+) -> None:
+    """Light all over the scene, for more noise and more holes anywhere."""
+    monkeypatch.setattr(Model, "build", lambda model, base: ())
+    search: Any = FakeSearch(ambient_light=0.2, **{"_".join(leaders): together})
+    search.is_flexible = lambda part: part.effect in ("ambient_light", "material_noise")
+    search.disagreement = lambda of, number, alone=False: why
+    step = [Trial(model("ambient_light"), 0.2), *(Trial(model(effect), 0.6) for effect in leaders)]
+    found, equals = ties.compare_rivals(search, step[0].model, 0.2, [step], [1.0])
+    assert [part.effect for part in found.parts] == become
+    assert equals == {}
+
+
 @pytest.mark.parametrize(("known", "found"), [((), ("noise",)), (("noise", "pattern"), ())])
 def test_what_comes_back_to_causes_that_are_known_is_followed_no_farther(
     monkeypatch: pytest.MonkeyPatch, known: tuple[str, ...], found: tuple[str, ...]

@@ -23,6 +23,7 @@ def compare_rivals(
     """The model with the best of each cause's rivals, and the equals of each cause.
 
     What makes nothing of what it is known by, such as noise by motion that is the same all the time, takes no place.
+    Two take that of one, see :func:`_as_two`.
     What has few parameters takes that of what has many, such as holes anywhere that of light, if it leaves next to
     nothing more; and what has fewer, such as holes anywhere that of holes by the range, if it leaves no more. An equal
     leaves hardly more than a cause does, or not surely, and at most twice as much, if that would be a gap if it were
@@ -66,7 +67,36 @@ def compare_rivals(
                 equals.append(name)
         if equals:
             ties[cause] = tuple(equals)
+        if (two := _as_two(search, model, gap, cause, step)) is not None:
+            model, gap = two.model, two.gap
+            ties.pop(cause, None)
     return model, ties
+
+
+def _as_two(search: Search, model: Model, gap: float, cause: str, step: Sequence[Trial]) -> Trial | None:
+    """Two effects with few parameters in the place of one that makes both their kinds of errors with many, such as more
+    noise and holes anywhere for light; None where they leave more, or do not both act.
+
+    step: the leaders among which the cause was found, whose first of each kind is tried.
+    """
+    number = _number(model, cause)
+    one, taken = effect_class(cause), {part.effect for part in model.parts}
+    if not (one.inseparable and search.is_flexible(model.parts[number])):
+        return None
+    plain = [trial for trial in step if not (search.is_flexible(trial.newest) or trial.newest.effect in taken)]
+    firsts = ((trial for trial in plain if effect_class(trial.newest.effect).kinds[0] == kind) for kind in one.kinds)
+    two = [trial for first in firsts if (trial := next(first, None)) is not None]
+    if len(two) < len(one.kinds):
+        return None
+    search.say(f"trying {' and '.join(trial.newest.effect for trial in two)} in place of {cause}")
+    whole = model.less(number)
+    for trial in two:
+        whole = whole.plus(Model((trial.newest,), trial.model.split(trial.model.x)[-1]))
+    found = search.validated(search.fit(whole, 4))
+    newest = range(len(found.model.parts) - len(two), len(found.model.parts))
+    if found.gap > gap or any(search.disagreement(found.model, k, alone=True) for k in newest):
+        return None
+    return found
 
 
 def _hardly_more(search: Search, gap: float) -> float:
