@@ -23,11 +23,10 @@ def compare_rivals(
     """The model with the best of each cause's rivals, and the equals of each cause.
 
     What makes nothing of what it is known by, such as noise by motion that is the same all the time, takes no place.
-    Two take that of one, see :func:`_as_two`.
     What has few parameters takes that of what has many, such as holes anywhere that of light, if it leaves next to
-    nothing more; and what has fewer, such as holes anywhere that of holes by the range, if it leaves no more. An equal
-    leaves hardly more than a cause does, or not surely, and at most twice as much, if that would be a gap if it were
-    alone.
+    nothing more; what has fewer, such as holes anywhere that of holes by the range, if it leaves no more; and so do two
+    with few, see :func:`_as_two`. An equal leaves hardly more than a cause does, or not surely, and at most twice as
+    much, if that would be a gap if it were alone.
 
     looked, before: the leaders of each step, and the gap before it.
     """
@@ -83,7 +82,8 @@ def _as_two(search: Search, model: Model, gap: float, cause: str, step: Sequence
     one, taken = effect_class(cause), {part.effect for part in model.parts}
     if not (one.inseparable and search.is_flexible(model.parts[number])):
         return None
-    plain = [trial for trial in step if not (search.is_flexible(trial.newest) or trial.newest.effect in taken)]
+    open_to = (trial for trial in step if not {trial.newest.effect, *trial.newest.replaces} & taken)
+    plain = [trial for trial in open_to if not search.is_flexible(trial.newest)]
     firsts = ((trial for trial in plain if effect_class(trial.newest.effect).kinds[0] == kind) for kind in one.kinds)
     two = [trial for first in firsts if (trial := next(first, None)) is not None]
     if len(two) < len(one.kinds):
