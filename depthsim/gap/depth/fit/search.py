@@ -295,16 +295,19 @@ class Search(Screening):
 
         def in_best(trial: Trial) -> Trial:
             is_asked = is_filter(trial.newest.effect) and trial.gap < near
-            return (self._in_other_form(so_far, trial) if is_asked else None) or trial
+            return (self._in_other_form(so_far, trial, nearer=True) if is_asked else None) or trial
 
         return list(map(in_best, found))
 
-    def _in_other_form(self, so_far: Model | None, trial: Trial) -> Trial | None:
+    def _in_other_form(self, so_far: Model | None, trial: Trial, *, nearer: bool = False) -> Trial | None:
+        """See :meth:`in_other_form`. nearer: whether to fit in full only what is nearer on a few frames already."""
         base = so_far.build(self.base) if so_far else self.base
         forms = self.other_forms(trial.newest, in_place=True)
         begun = (self.begin(candidate, base, roughly=True) for candidate in forms)
         tried = (self.fit_roughly(so_far.plus(one) if so_far else one, 2) for one in begun)
         best = min(tried, key=lambda model: model.loss, default=None)
+        if nearer and best and best.loss >= self.loss_on_few(trial.model.build(self.base)):
+            return None
         other = self.validated(self.fit(best, 4)) if best else trial
         return other if other.gap < trial.gap else None
 
