@@ -20,7 +20,7 @@ from depthsim.sensor.effect import Effect
 Floats = NDArray[np.float64]
 Effects = Sequence[Effect]
 KINDS = ("bias", "spread", "missing", "tail", "all")
-_SPREAD, ALL = 1, 4
+ALL = 4
 GROWING = ("range", "incidence")
 """The axes along which holes begin somewhere."""
 ENOUGH = 30
@@ -304,5 +304,6 @@ def _scaled(a: Floats, b: Floats) -> Floats:
     roots = [np.sqrt(x / x.sum(axis=1, keepdims=True)) for x in (a, b)]
     apart = roots[0] - roots[1]
     most = np.sqrt(_MOST / _BITS * np.square(apart).sum(axis=1))
-    kinds[_SPREAD] = np.clip(kinds[_SPREAD], -most, most)
+    k = KINDS.index("spread")
+    kinds[k] = np.clip(kinds[k], -most, most)
     return np.concatenate([kinds, apart.T])

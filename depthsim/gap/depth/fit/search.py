@@ -164,13 +164,14 @@ class Search(Screening):
             return whole
 
         begun = list(self.told(whole_of, leaders, [f"fitting {model.parts[-1].effect}" for model in leaders]))
-        found = self._in_best_forms(so_far, self._fitted_further(begun, without))
+        gap = self.validated(so_far).gap if so_far else self.before
+        found = self._in_best_forms(so_far, gap, self._fitted_further(begun, without))
         found.sort(key=lambda trial: trial.gap)
         # Of those that do equally well one that is known by where the gap changes first comes first, and then the
         # plainest: holes everywhere before holes on every material, and what there is otherwise before what is new.
         margin, limit = self.config.select.tied * self.whole, self.config.select
         if so_far and found:
-            much = limit.taken_up * (self.validated(so_far).gap - found[0].gap)
+            much = limit.taken_up * (gap - found[0].gap)
             # Behind a large cause the whole gap is no measure, but chance is. What has many parameters takes up some
             # of what is still to be found, too.
             least = self.config.significance.faint * self.floor
@@ -284,22 +285,21 @@ class Search(Screening):
         first = {name for _, along in first_axes(self.validator, base) for name in along}
         if not self.is_flexible(newest) and not first & set(effect_class(newest.effect).axes[:1]):
             return None
-        return self._in_other_form(so_far, trial)
+        return self._best_other_form(so_far, trial)
 
-    def _in_best_forms(self, so_far: Model | None, found: Sequence[Trial]) -> list[Trial]:
+    def _in_best_forms(self, so_far: Model | None, gap: float, found: Sequence[Trial]) -> list[Trial]:
         """What is found, each filter that comes near the best in the form that closes most: each form has minima of its
-        own, and by a few frames another came first."""
+        own, and by a few frames another came first. gap: of ``so_far``."""
         best = min((trial.gap for trial in found), default=np.inf)
-        gap = self.validated(so_far).gap if so_far else self.before
         near = best + self.config.select.near_of_cause * (gap - best)
 
         def in_best(trial: Trial) -> Trial:
             is_asked = is_filter(trial.newest.effect) and trial.gap < near
-            return (self._in_other_form(so_far, trial, nearer=True) if is_asked else None) or trial
+            return (self._best_other_form(so_far, trial, nearer=True) if is_asked else None) or trial
 
         return list(map(in_best, found))
 
-    def _in_other_form(self, so_far: Model | None, trial: Trial, *, nearer: bool = False) -> Trial | None:
+    def _best_other_form(self, so_far: Model | None, trial: Trial, *, nearer: bool = False) -> Trial | None:
         """See :meth:`in_other_form`. nearer: whether to fit in full only what is nearer on a few frames already."""
         base = so_far.build(self.base) if so_far else self.base
         forms = self.other_forms(trial.newest, in_place=True)
