@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 from depthsim.trajectory import Trajectory
 from depthsim.trajectory.rotation import rotation_matrices, slerp
 
+_AT_ONCE, _KEPT = 3, 256
+"""So few moments are a frame's own, whose poses many sensors ask for; so many of them are kept."""
+
 
 class Motion:
     """The camera's pose as a function of time: a trajectory that goes on beyond its ends as it came and left.
@@ -26,6 +29,7 @@ class Motion:
     ) -> None:
         self._trajectory, self._pose, self._frames = trajectory, pose, frames
         self.start = start
+        self._moments: dict[bytes, NDArray[np.float64]] = {}
 
     @classmethod
     def along(cls, frames: Trajectory, truth: Trajectory | None = None) -> "Motion":
@@ -47,6 +51,17 @@ class Motion:
         Beyond the ends the velocities of the first and the last interval go on.
         """
         wanted = np.atleast_1d(np.asarray(stamps, np.float64))
+        if len(wanted) > _AT_ONCE:
+            return self._at(wanted)
+        key = wanted.tobytes()
+        found = self._moments.get(key)
+        if found is None:
+            if len(self._moments) >= _KEPT:
+                self._moments.clear()
+            found = self._moments[key] = self._at(wanted)
+        return found.copy()
+
+    def _at(self, wanted: NDArray[np.float64]) -> NDArray[np.float64]:
         known = self._trajectory
         poses = np.repeat(self._pose[None], len(wanted), axis=0)
         if known is None:

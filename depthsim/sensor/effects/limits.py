@@ -19,7 +19,9 @@ def keep_between(start, stop, least, most, depth):  # noqa: ANN201 - numba
     """Depths that are nearer than ``least`` or farther than ``most`` become holes."""
     z = depth[start:stop]
     for i in range(z.size):
-        z[i] = z[i] if (z[i] >= least) & (z[i] <= most) else _ZERO
+        own = z[i]
+        own = own if own >= least else _ZERO  # one choice a line: else the compiler makes no vectors of it
+        z[i] = own if own <= most else _ZERO
 
 
 def _softness(start: float) -> float:

@@ -30,8 +30,11 @@ def _move_by(start, stop, focal_baseline, clean, mean, disparity):
     """Add what the mean differs by from the true disparity; holes stay, and nothing is beyond infinity."""
     z, m, d = clean[start:stop], mean[start:stop], disparity[start:stop]
     for i in range(d.size):
-        moved = max(d[i] + m[i] - focal_baseline / z[i], _ZERO)
-        d[i] = moved if (d[i] > _ZERO) & (z[i] > _ZERO) else d[i]
+        own, there, by = d[i], z[i], m[i]
+        moved = own + by - focal_baseline / there
+        moved = moved if moved > _ZERO else _ZERO  # one choice a line: else the compiler makes no vectors of it
+        moved = moved if there > _ZERO else own
+        d[i] = moved if own > _ZERO else own
 
 
 class MatchingWindow(Effect):

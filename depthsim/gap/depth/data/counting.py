@@ -187,16 +187,17 @@ def count_whole(codes, kinds, places, begins, axes, counts):  # noqa: ANN201 - n
     own = np.empty(places.shape[1], np.uint8)
     at, whole = np.int64(own.ctypes.data), own.size // _LANES * _LANES
     for w in axes:
-        bins, place, begin = codes[kinds[w]], places[w], begins[w]
+        bins, place, begin = codes[kinds[w]], places[w], np.uint32(begins[w])
         for k in range(own.size):
-            own[k] = bins[k] if np.int64(place[k]) == begin else _NO_BIN
+            here, value = np.uint32(place[k]), bins[k]
+            own[k] = value if here == begin else _NO_BIN
         for value in range(BINS[kinds[w]]):
             found = 0
             for k in range(0, whole, _LANES):
                 found += np.int64(count_true(load_bytes(at + k, _LANES) == np.uint8(value)))
             for k in range(whole, own.size):
                 found += np.int64(own[k] == np.uint8(value))
-            counts[begin + value] += np.uint32(found)
+            counts[np.int64(begin) + value] += np.uint32(found)
 
 
 @kernel

@@ -45,8 +45,10 @@ _COARSE = _signed(np.array([0.3, 1], np.float32))[[0, 1, 3, 4]]
 def errors(units, unit, clean, per_spread, error, coarse):  # noqa: ANN201 - numba
     """error = (measured - clean) · per_spread, and its bin of five, or 5 where nothing is measured; flat arrays."""
     for i in range(units.size):
-        ok = (units[i] > 0) & (units[i] < 65535) & (clean[i] > _f(0))
-        e = (_f(units[i]) * unit - clean[i]) * per_spread[i] if ok else _f(0)
+        raw, true, scale = units[i], clean[i], per_spread[i]
+        ok = (raw > 0) & (raw < 65535) & (true > _f(0))
+        off = (_f(raw) * unit - true) * scale
+        e = off if ok else _f(0)
         error[i] = e
         k = np.uint8(e > _COARSE[0]) + np.uint8(e > _COARSE[1]) + np.uint8(e > _COARSE[2]) + np.uint8(e > _COARSE[3])
         coarse[i] = k if ok else np.uint8(_NO_MEASUREMENT)
@@ -90,9 +92,13 @@ def _signed_rank(values, sizes, out):
 @kernel
 def _error(e, raw, true, out):
     _signed_rank(e, MAGNITUDES, out)
+    # Read first and choose then, one choice a line: only so does the compiler turn these loops into vectors.
     for u in range(e.size):
-        found = np.uint8(32) if raw[u] == 0 else (np.uint8(33) if raw[u] == 65535 else out[u])
-        out[u] = found if true[u] > _f(0) else (np.uint8(34) if raw[u] > 0 else np.uint8(32))
+        units, surface, rank = raw[u], true[u], out[u]
+        found = np.uint8(33) if units == 65535 else rank
+        found = np.uint8(32) if units == 0 else found
+        beside = np.uint8(32) if units == 0 else np.uint8(34)
+        out[u] = found if surface > _f(0) else beside
 
 
 @kernel
@@ -101,7 +107,8 @@ def _across(raw, unit, true, beyond, coarse, by, out):
         by[u] = (_f(raw[u]) * unit - true[u]) / (beyond[u] - true[u])
     _rank(by, _MIXES, out)
     for u in range(raw.size):
-        out[u] = out[u] if coarse[u] < _NO_MEASUREMENT else np.uint8(9)
+        kind, rank = coarse[u], out[u]
+        out[u] = rank if kind < _NO_MEASUREMENT else np.uint8(9)
 
 
 @kernel
@@ -118,8 +125,9 @@ def _difference(e, raw, other_e, other_raw, by, out):
         by[u] = (e[u] - other_e[u]) * _HALF
     _signed_rank(by[: e.size], APART, out)
     for u in range(e.size):
-        here, there = raw[u] > 0, other_raw[u] > 0
-        found = np.uint8(22) if raw[u] == other_raw[u] else out[u]
+        units, others, rank = raw[u], other_raw[u], out[u]
+        here, there = units > 0, others > 0
+        found = np.uint8(22) if units == others else rank
         holes = np.uint8(23) if here else (np.uint8(24) if there else np.uint8(25))
         out[u] = found if here & there else holes
 
