@@ -153,6 +153,11 @@ class Frame:
         """Whether some effect has asked for :attr:`noise_gain`."""
         return self._gain is not None
 
+    @property
+    def keeps_noise(self) -> bool:
+        """Whether :meth:`unit_noise` keeps what it draws, for other sensors that see the same frame."""
+        return self._fields is not None
+
     def _draw_noise(self) -> None:
         if self._variance is not None:
             variance, self._variance = self._variance.reshape(-1), None

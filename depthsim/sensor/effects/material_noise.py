@@ -115,7 +115,8 @@ class MaterialNoise(Effect):
         m = frame.by_tag({tag: self.m.get(tag, frame.materials[tag].m) for tag in frame.scene.tags})
         clean, tag = frame.geometry.depth.reshape(-1), frame.geometry.tag.reshape(-1)
         floor, depth = _f(self.floor), frame.depth.reshape(-1)
-        if frame.correlation == Correlation() and not frame.has_noise_gain and not louder:
+        plain = frame.correlation == Correlation() and not frame.has_noise_gain and not louder
+        if plain and not frame.keeps_noise:
             draws = frame.draws(self.id)
             # Numbers that are made where they are used save a pass over the memory.
             frame.run(_add_noise, draws.frame, draws.key, floor, m, clean, tag, depth, multiple=BLOCK)
