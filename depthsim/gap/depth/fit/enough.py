@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 from depthsim.gap.depth.fit.chain import Chain
 from depthsim.gap.depth.fit.fitting import Trial
-from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import GONE, Search
 from depthsim.gap.depth.fit.traits import fills_besides, is_filling
 from depthsim.gap.selection import closes_enough, closes_enough_alone
@@ -211,7 +210,7 @@ def _stays(search: Search, before: float, best: Trial, other: Trial) -> bool:
     theirs = before - other.gap
     if theirs < limit.rival * gained:
         return True
-    newest = Model((other.newest,), other.model.split(other.model.x)[-1])
+    newest = other.model.newest
     both = search.validated(best.model.plus(newest)).gap
     apart = other.gap - both >= limit.stays * gained
     needless = best.gap - both <= (1 - limit.stays) * theirs

@@ -65,6 +65,11 @@ class Model:
         """``x`` within the bounds of the parameters."""
         return np.array([f.encode(f.decode(v)) for f, v in zip(self.free, x, strict=True)])
 
+    @property
+    def newest(self) -> "Model":
+        """What was added last, by itself."""
+        return Model(self.parts[-1:], self.split(self.x)[-1])
+
     def plus(self, other: "Model") -> "Model":
         """Both together."""
         return Model((*self.parts, *other.parts), np.concatenate([self.x, other.x]))

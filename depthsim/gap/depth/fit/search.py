@@ -251,7 +251,7 @@ class Search(Screening):
 
     def is_less(self, trial: Trial, by: float = 0.0) -> bool:
         """Whether an effect that the simulator has is fitted to be less, by more than so many changes that matter."""
-        newest, x = trial.newest, trial.model.split(trial.model.x)[-1]
+        newest, x = trial.newest, trial.model.newest.x
         return (
             has_effect(self.base, newest.effect)
             and len(x) == 1
@@ -357,7 +357,7 @@ class Search(Screening):
         close = [c for c in close if not c.newest.replaces or (trusted and c.newest.replaces == {c.newest.effect})]
         # Beside what takes many times the pixels the whole bank does, for what did not come near again.
         close = [c for c in close if not has_more_pixels(c.newest.effect, self.evidence.camera)]
-        return [Model((c.newest,), c.model.split(c.model.x)[-1]) for c in close]
+        return [c.model.newest for c in close]
 
     def _otherwise(
         self, so_far: Model, model: Model, earlier: Sequence[Trial], trusted: Sequence[str]
@@ -401,7 +401,7 @@ class Search(Screening):
         if not (any(stands_for_two) or any(map(self.is_flexible, so_far.parts))):
             return
         was = next((c for c in earlier if c.newest == model.parts[-1]), None)
-        begin = Model(model.parts, was.model.split(was.model.x)[-1]) if was else model
+        begin = was.model.newest if was else model
         for number in range(
             max(len(p.starts) if two else 1 for p, two in zip(so_far.parts, stands_for_two, strict=True))
         ):

@@ -91,7 +91,7 @@ def _as_two(search: Search, model: Model, gap: float, cause: str, step: Sequence
     search.say(f"trying {' and '.join(trial.newest.effect for trial in two)} in place of {cause}")
     whole = model.less(number)
     for trial in two:
-        whole = whole.plus(Model((trial.newest,), trial.model.split(trial.model.x)[-1]))
+        whole = whole.plus(trial.model.newest)
     found = search.validated(search.fit(whole, 4))
     newest = range(len(found.model.parts) - len(two), len(found.model.parts))
     if found.gap > gap or any(search.disagreement(found.model, k, alone=True) for k in newest):
@@ -127,7 +127,7 @@ def instead(search: Search, model: Model, cause: str, rival: Trial) -> Trial:
     if len(model.parts) == 1:
         return rival
     number = [part.effect for part in model.parts].index(cause)
-    newest = Model((rival.newest,), rival.model.split(rival.model.x)[-1])
+    newest = rival.model.newest
     search.say(f"trying {rival.newest.effect} in place of {cause}")
     near = search.config.fit.behind * model.loss
     return search.validated(search.fit(newest.plus(model.less(number)), 3, near))
