@@ -4,7 +4,9 @@ import threading
 from time import sleep
 
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
+from depthsim.gap.depth import diagnose
 from depthsim.gap.depth.data.workers import Workers
 
 
@@ -58,3 +60,20 @@ def test_an_error_of_who_helps_is_told() -> None:
         list(workers.side_by_side(sensor, [0]))
     assert workers.each(str, [1, 2]) == ["1", "2"]  # and the next call finds all threads free
     assert workers.free == 3
+
+
+def test_linear_algebra_of_a_diagnosis_has_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    def threads() -> set[int]:
+        return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+    def load(*_: object) -> None:
+        raise LookupError(threads())
+
+    monkeypatch.setattr(diagnose, "load_evidence", load)
+    with threadpool_limits(limits=2, user_api="blas"):
+        if threads() != {2}:
+            pytest.skip("this machine's linear algebra has one thread at most")
+        with pytest.raises(LookupError) as found:
+            diagnose.investigate("run")
+        assert found.value.args == ({1},)
+        assert threads() == {2}

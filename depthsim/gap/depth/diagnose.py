@@ -12,6 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from threadpoolctl import threadpool_limits
+
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.compared import Compared, gap_of, how_far
 from depthsim.gap.depth.data.evidence import Evidence
@@ -108,6 +110,7 @@ def diagnose(
     return found.diagnosis
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # others would spin beside our own threads, and sum in other orders
 def investigate(
     run: str | Path | Run,
     *,
