@@ -72,7 +72,7 @@ def run(
     rivals: Annotated[bool, typer.Option(help="Ask the two rivals too.")] = True,
     remeasure: Annotated[bool, typer.Option(help="Measure the closed fraction again on fresh frames.")] = True,
     apart: Annotated[bool, typer.Option(help="Ask an independent test what an explained case leaves.")] = True,
-    alone: Annotated[bool, typer.Option(help="Of tier c diagnose each effect by itself, too.")] = True,
+    alone: Annotated[bool, typer.Option(help="Of tier c diagnose what is not named by itself, too.")] = True,
     own: Annotated[bool, typer.Option(help="Look for a case's own effects alone: for the intervals.")] = False,
     frames: Annotated[int | None, typer.Option(help="In place of a random number.")] = None,
     size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in place of a random one.")] = None,

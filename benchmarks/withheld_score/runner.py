@@ -23,7 +23,7 @@ FOREVER = 3600
 @dataclass(frozen=True)
 class Settings:
     """How cases are run. folder: of the results. keep: leave runs and reports on disk. alone: of several effects
-    diagnose each by itself, too. own: look for a case's own effects, and no others. vary: thresholds.
+    diagnose each that is not named by itself, too. own: look for a case's own effects, and no others. vary: thresholds.
     """
 
     folder: Path
@@ -53,7 +53,9 @@ def run_d435(settings: Settings) -> dict[str, Any] | None:
         return there
     profile = ROOT / "depthsim" / "sensor" / "profiles" / "paper.yaml"
     record = {"truth": {"name": "f_d435_floor", "tier": "f", "effects": [], "against": "paper", "m_offsets": {}}}
-    return _judged(record, D435, profile, None, (), settings)
+    record = _judged(record, D435, profile, None, (), settings)
+    _store(settings, "f_d435_floor", record)
+    return record
 
 
 def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
@@ -78,18 +80,26 @@ def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
         true = {effect["effect"] for effect in record["truth"]["effects"]}
         without = tuple(name for name in effect_ids() if name not in true)
     again = folder / "fresh" if fresh else None
-    if alone:
-        record["alone"] = _each_alone(record["truth"]["effects"], folder, settings)
     record = _judged(record, folder / "run", folder / "sensor.yaml", again, without, settings)
+    if alone:
+        causes = record.get("diagnosis", {}).get("causes", [])
+        record["alone"] = _each_found(record, {cause["effect"] for cause in causes}, folder, settings)
+    _store(settings, wanted.name, record)
     if not settings.keep:
         shutil.rmtree(folder)
     return record
 
 
-def _each_alone(effects: list[dict[str, Any]], folder: Path, settings: Settings) -> dict[str, list[str]]:
-    """What is named where each of the effects is alone, by effect; nothing where that failed."""
+def _each_found(record: dict[str, Any], named: set[str], folder: Path, settings: Settings) -> dict[str, list[str]]:
+    """What is named where each of the effects is alone, by effect; nothing where that failed.
+
+    What is ``named`` beside the others is found, and takes no diagnosis of its own.
+    """
     found = {}
-    for number, one in enumerate(effects):
+    for number, one in enumerate(record["truth"]["effects"]):
+        if one["effect"] in named:
+            found[one["effect"]] = [one["effect"]]
+            continue
         run = folder / "alone" / str(number)
         order = _order(run, folder / "sensor.yaml", run.with_name(f"report_{number}"), (), settings)
         said = _child({"job": "diagnose", **order}, folder)
@@ -136,7 +146,6 @@ def _judged(
     if settings.rivals and record["truth"]["tier"] in "ad":
         rivals = _child({"job": "rivals", **order}, work)
         record["rivals"] = rivals.get("answer") or {"error": rivals["error"]}
-    _store(settings, name, record)
     return record
 
 

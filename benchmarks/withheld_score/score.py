@@ -143,7 +143,7 @@ def axes(result: Result) -> list[str]:
 
 
 def tier_c(results: Iterable[Result]) -> list[Count]:
-    """All causes, none wrong. Where each effect was diagnosed by itself, too, those are counted that are found so."""
+    """All causes, none wrong; and of those cases whose effects are each found, beside the others or else alone."""
     done = list(results)
     asked = [r for r in done if "alone" in r]
     alone = [r for r in asked if all(effect in names for effect, names in r["alone"].items())]
@@ -151,6 +151,7 @@ def tier_c(results: Iterable[Result]) -> list[Count]:
         Count("all causes named", sum(set(wanted(r)) <= set(named(r)) for r in done), len(done)),
         Count("  where each is found alone", sum(set(wanted(r)) <= set(named(r)) for r in alone), len(alone), 0.8),
         Count("none wrong", sum(set(named(r)) <= set(wanted(r)) for r in done), len(done), 0.95),
+        Count("  where each is found alone", sum(set(named(r)) <= set(wanted(r)) for r in alone), len(alone), 0.95),
     ]
 
 

@@ -229,7 +229,7 @@ def test_scores():
     }
     missed = {**one, "alone": {name: [name] for name in ("fill_rate", "max_range")}}
     counts = score.tier_c([both, {**both, "alone": missed["alone"]}, one, missed])
-    assert [(c.good, c.of) for c in counts] == [(2, 4), (1, 2), (4, 4)]
+    assert [(c.good, c.of) for c in counts] == [(2, 4), (1, 2), (4, 4), (2, 2)]
     assert [c.good for c in score.tier_d([_result("", "material_noise", tier="d"), _result("", "max_range")])] == [1]
     reported = _result("time_offset", tier="b", verdict="unexplained")
     assert [c.good for c in score.tier_b([reported])] == [1, 1, 1]
