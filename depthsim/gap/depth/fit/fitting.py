@@ -9,6 +9,7 @@ import numpy as np
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
+from depthsim.gap.depth.data.simulate import FITTING, LOCATING
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, loss, polish, refine, starts
 from depthsim.gap.depth.fit.validate import Score, Validator
@@ -135,6 +136,16 @@ class Fitting:
         """
         begun = self.fit_roughly(less.plus(self.begin(candidate, less.build(self.base), roughly=True)), 3)
         return begun if begun.loss < self.config.fit.behind * self.loss_on_few(model.build(self.base)) else None
+
+    def begin_on_few(self, candidate: Candidate, beside: Model | None = None) -> tuple[Model, float]:
+        """A candidate after some rounds on a few of the frames for fitting, and the share of the loss beyond chance
+        that it takes off there. beside: what is there already; it is fitted, too."""
+        begun = self.begin(candidate, self.base, roughly=True)
+        model = self.fit_roughly(begun if beside is None else begun.plus(beside), 3)
+        without, run = self.loss_on_few(self.base), self.evidence.total(self.base, self._few, FITTING)
+        again = self.evidence.total(self.base, self._few, LOCATING[0])
+        chance = loss(*map(self.validator.ruler.roots, (run, again)))
+        return model, (without - model.loss) / max(without - chance, 1e-12)
 
     def loss_on_few(self, effects: Sequence[Effect]) -> float:
         """The loss of a sensor on a few of the frames for fitting."""

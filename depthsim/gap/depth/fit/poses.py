@@ -12,7 +12,8 @@ from depthsim.gap.depth.data.pose_errors import PoseErrors
 from depthsim.gap.depth.data.registration import Registration, register
 from depthsim.gap.depth.fit.agreement import leaves_biases
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
-from depthsim.gap.depth.fit.fitting import Fitting, Say, Trial
+from depthsim.gap.depth.fit.fitting import Fitting, Say
+from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator, closed_error
 from depthsim.sensor.effect import Effect, effect_class
@@ -36,6 +37,8 @@ _WORSE, _NEARER = 1.1, 0.5
 it makes it much smaller, where what is alike in all frames is taken off, too."""
 _MOUNTS = (ExtrinsicRotation.id, ExtrinsicTranslation.id)
 """Constant errors of the poses, beside which something may lag behind."""
+_NEAR = 0.8
+"""Of what must be closed, so much of it on a few frames, after some rounds, is worth a fit on all of them."""
 _SURE = 3.0
 """Standard errors that the poses' errors must be off from those that the simulator has."""
 
@@ -128,22 +131,26 @@ def is_for_what_lags(
     if not bank:
         return False
     fitting = Fitting(given, Validator(given, blocks), bank, given.base, say)
+    limit, first = given.config.agreement.nearly_all, given.config.select.first
 
-    def closes(trial: Trial, share: float) -> bool:
-        return fitting.before - trial.gap >= share * fitting.whole
+    def closes(model: Model, rounds: int) -> float:
+        trial = fitting.validated(fitting.fit(model, rounds))
+        return (fitting.before - trial.gap) / fitting.whole
 
-    limit = given.config.agreement.nearly_all
-    alone: list[Trial] = []
-    for one in bank:
-        alone.append(fitting.validated(fitting.fit(fitting.begin(one, given.base), 2)))
-        if closes(alone[-1], limit):
-            return True
-    best = min(alone, key=lambda trial: trial.gap)
-    if not closes(best, given.config.select.first):
+    # What looks back takes many frames for each of one: most recordings' poses are off, and these nowhere near it.
+    begun = [fitting.begin_on_few(one) for one in bank]
+    near = [model for model, share in begun if share >= _NEAR * limit]
+    if any(closes(model, 2) >= limit for model in near):
+        return True
+    best, share = max(begun, key=lambda one: one[1])
+    if share < first:
         return False
-    mounts = (one for one in every if one.effect in _MOUNTS)
-    begun = (fitting.begin(one, given.base).plus(best.model) for one in mounts)
-    return any(closes(fitting.validated(fitting.fit(both, 4)), limit) for both in begun)
+    for one in every:
+        if one.effect in _MOUNTS:
+            both, share = fitting.begin_on_few(one, best)
+            if share >= _NEAR * limit and closes(both, 4) >= limit:
+                return True
+    return False
 
 
 def explained_as_given(given: Evidence, registered: Validator, selection: Selection, say: Say) -> Evidence | None:
