@@ -143,14 +143,17 @@ def _first_supported(search: Search, chain: Chain, leaders: Sequence[Trial]) -> 
 
 
 def _in_best_form(search: Search, chain: Chain, trial: Trial) -> Trial:
-    """What has a parameter for each material, or many, in the form that closes most, if that acts, too: by few frames
-    another came first.
+    """What has a parameter for each material, or many, in the form that closes most, if that acts, or neither does: by
+    few frames another came first.
 
-    With the wrong one, such as a factor for an m that is wrong, it takes up what another cause does.
+    With the wrong one, such as a factor for an m that is wrong, it takes up what another cause does. What is taken for
+    the moment acts in no form yet.
     """
     has_many = trial.newest.of_materials or search.is_flexible(trial.newest)
     other = search.in_other_form(chain.model, trial) if has_many else None
-    return other if other is not None and search.acts(other.model) else trial
+    if other is None:
+        return trial
+    return other if search.acts(other.model) or not search.acts(trial.model) else trial
 
 
 def _prune(search: Search, chain: Chain) -> None:
