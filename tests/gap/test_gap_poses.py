@@ -18,6 +18,7 @@ from depthsim.gap.depth.diagnose import investigate
 from depthsim.gap.depth.fit import poses
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.fitting import Fitting
+from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.poses import register_frames
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Validator
@@ -126,10 +127,10 @@ def test_errors_of_the_sensor_keep_their_names(effect: str, keys: Any, scene: Sc
 
 @pytest.mark.parametrize(("lags", "turned"), [(True, False), (True, True), (False, False)])
 def test_what_lags_behind_is_no_error_of_the_poses(
-    lags: bool, turned: bool, scene: Scene, shaken: Run, tmp_path: Path
+    lags: bool, turned: bool, scene: Scene, shaken: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A mean of the depth over the frames before, written into the pictures that the run has, also of a camera that is
-    turned against its poses."""
+    turned against its poses. Where nothing lags, nothing is fitted in full."""
     mount = {"extrinsic_rotation": {"x": 1.0, "y": -0.7, "z": 0.5}} if turned else {}
     run = record(scene, tmp_path / "run", **mount) if lags else shaken
     state = run.depth_raw(0).astype(float)
@@ -141,7 +142,11 @@ def test_what_lags_behind_is_no_error_of_the_poses(
     evidence, _ = load_evidence(Run.open(run.path) if lags else run, scene, BASE)
     without = [name for name in effect_ids() if name not in ("temporal_filter", "extrinsic_rotation")]
     errors = register_frames(evidence)[0]
+    fitted: list[Model] = []
+    fit = Fitting.fit
+    monkeypatch.setattr(Fitting, "fit", lambda self, model, rounds: (fitted.append(model), fit(self, model, rounds))[1])
     assert poses.is_for_what_lags(evidence, errors, evidence.held_out, without, lambda _: None) == lags
+    assert bool(fitted) == lags
 
 
 @pytest.mark.parametrize(
