@@ -134,6 +134,16 @@ def asked(effect: str, gap: Changes, left: Changes, does: Changes, before: Seque
     return Asked(validator, effect_class(effect), before, gap, left, does, True, False, True)
 
 
+def test_what_else_acts_along_an_axis_is_asked_of_a_kind() -> None:
+    light, holes = effect_class("ambient_light")(), effect_class("material_dropout")()
+    nothing = changes(BIAS, 0.0, [0, 0, 0])
+    one = asked("material_noise", nothing, nothing, nothing, (light, holes))
+    material = [axis.name for axis in AXES].index("material")
+    assert one.others(material) == one.others(material, KINDS.index("missing")) == [light, holes]
+    assert one.others(material, KINDS.index("spread")) == [light]
+    assert one.others(material, BIAS) == []
+
+
 @given(st.floats(0.01, 1), st.floats(0, 0.9))
 def test_a_bias_of_another_shape_is_brought_where_the_recording_has_none(bias: float, part: float) -> None:
     gap = changes(BIAS, bias, [0, 0, 0])

@@ -341,6 +341,20 @@ def test_what_is_refused_is_asked_in_its_other_form(monkeypatch: pytest.MonkeyPa
     assert ("light" in begun.refused) == (not better)
 
 
+@pytest.mark.parametrize(("on_few", "in_full"), [(0.6, False), (0.4, True)])
+def test_another_form_is_fitted_in_full_only_where_it_is_nearer_on_a_few_frames(on_few: float, in_full: bool) -> None:
+    search, fitted = FakeSearch(filter=0.2, form=0.1), []
+    search.other_forms = lambda of, in_place: list(model("form").parts)  # type: ignore[attr-defined]
+    search.begin = lambda one, base, roughly: model(one.effect)  # type: ignore[attr-defined]
+    search.fit_roughly = lambda of, rounds: replace(of, loss=on_few)  # type: ignore[attr-defined]
+    search.loss_on_few = lambda effects: 0.5  # type: ignore[attr-defined]
+    search.fit = lambda of, rounds: (fitted.append(of), of)[1]  # type: ignore[method-assign, assignment]
+    first = Trial(SimpleNamespace(parts=model("filter").parts, build=lambda base: ()), 0.2)  # type: ignore[arg-type]
+    found = Search._best_other_form(cast("Search", search), None, first, nearer=True)
+    assert (found is not None, bool(fitted)) == (in_full, in_full)
+    assert Search._best_other_form(cast("Search", search), None, first) is not None
+
+
 @pytest.mark.parametrize(("acts", "either"), [(True, True), (False, True), (False, False)])
 @pytest.mark.parametrize("by_material", [True, False])
 def test_what_has_a_parameter_for_each_material_is_taken_in_its_best_form(
