@@ -5,11 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from depthsim.kernels import kernel
+from depthsim.kernels import inlined, kernel
 from depthsim.sensor.effect import Effect, Stage, parameter
 from depthsim.sensor.frame import Frame
 
-_f = np.float32
+_f, _i = np.float32, np.int32
 _ZERO = _f(0)
 _FORGOTTEN = 0.01
 """The weight below which a frame is left out of the average."""
@@ -19,28 +19,32 @@ _SEEN = ((9, 8), (8, 8), (2, 3), (2, 4), (2, 8), (1, 2), (1, 5), (1, 8), (0, 8))
 """By persistence: so many of the last so many frames must have depth. The first is never."""
 
 
+@inlined
+def _count(bits):
+    """How many of eight bits are set."""
+    pairs = _i(bits - ((bits >> _i(1)) & _i(0x55)))
+    fours = _i((pairs & _i(0x33)) + ((pairs >> _i(2)) & _i(0x33)))
+    return _i((fours + (fours >> _i(4))) & _i(0x0F))
+
+
 @kernel
 def _follow(start, stop, alpha, delta, least, recent, picture, state, seen):
     """One frame. state: the filtered picture so far. seen: of the last 8 frames which had one, bit 7 the last."""
     d, s, history = picture[start:stop], state[start:stop], seen[start:stop]
-    keep = _f(1) - alpha
+    keep, recent, least = _f(1) - alpha, _i(recent), _i(least)
     for i in range(d.size):
-        here, before, bits = d[i], s[i], np.int32(history[i])
-        if here > _ZERO:
-            if before > _ZERO and abs(here - before) < delta:
-                d[i] = alpha * here + keep * before
-                bits = (bits >> 1) | 128
-            else:
-                bits = 128
-            s[i] = d[i]
-        else:
-            count = 0
-            for k in range(8):
-                count += (bits >> k) & (recent >> k) & 1
-            if before > _ZERO and count >= least:
-                d[i] = before
-            bits = bits >> 1
-        history[i] = np.uint8(bits)
+        here, before, bits = d[i], s[i], _i(history[i])
+        # One choice a line, and no branch: else the compiler makes no vectors of it.
+        goes_on = abs(here - before) < delta
+        mean = alpha * here + keep * before if goes_on else here
+        mean = mean if before > _ZERO else here
+        with_it = _i((bits >> _i(1)) | _i(128)) if goes_on else _i(128)
+        with_it = with_it if before > _ZERO else _i(128)
+        filled = before if _count(_i(bits & recent)) >= least else here
+        filled = filled if before > _ZERO else here
+        d[i] = mean if here > _ZERO else filled
+        s[i] = mean if here > _ZERO else before
+        history[i] = np.uint8(with_it if here > _ZERO else _i(bits >> _i(1)))
 
 
 class TemporalFilter(Effect):
