@@ -65,8 +65,10 @@ def _flow(linear, turning, x, y, z):
 @kernel
 def _add_by_motion(start, stop, all_over, sigma, linear, turning, x, y, clean, variance):
     var, z, a, b = variance[start:stop], clean[start:stop], x[start:stop], y[start:stop]
+    # Read once, as far as the compiler knows: else it makes no vectors of the loop, which writes numbers of that kind.
+    along, about = (linear[0], linear[1], linear[2]), (turning[0], turning[1], turning[2])
     for i in range(var.size):
-        std = all_over + sigma * _flow(linear, turning, a[i], b[i], z[i])
+        std = all_over + sigma * _flow(along, about, a[i], b[i], z[i])
         var[i] += std * std
 
 
@@ -88,8 +90,9 @@ def _gain_by_radius(start, stop, gain_per_square, x, y, factor):
 @kernel
 def _gain_by_motion(start, stop, all_over, gain, linear, turning, x, y, clean, factor):
     f, z, a, b = factor[start:stop], clean[start:stop], x[start:stop], y[start:stop]
+    along, about = (linear[0], linear[1], linear[2]), (turning[0], turning[1], turning[2])
     for i in range(f.size):
-        f[i] *= _f(1) + all_over + gain * _flow(linear, turning, a[i], b[i], z[i])
+        f[i] *= _f(1) + all_over + gain * _flow(along, about, a[i], b[i], z[i])
 
 
 def _gain(unit: str, where: str, starts: tuple[float, ...]) -> float:
