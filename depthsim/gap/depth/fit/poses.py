@@ -133,14 +133,14 @@ def is_for_what_lags(
     fitting = Fitting(given, Validator(given, blocks), bank, given.base, say)
     limit, first = given.config.agreement.nearly_all, given.config.select.first
 
-    def closes(model: Model, rounds: int) -> float:
+    def closes(model: Model, rounds: int) -> bool:
         trial = fitting.validated(fitting.fit(model, rounds))
-        return (fitting.before - trial.gap) / fitting.whole
+        return fitting.before - trial.gap >= limit * fitting.whole
 
-    # What looks back takes many frames for each of one: most recordings' poses are off, and these nowhere near it.
+    # What looks back takes many frames for each of one, and comes nowhere near where poses are really off.
     begun = [fitting.begin_on_few(one) for one in bank]
     near = [model for model, share in begun if share >= _NEAR * limit]
-    if any(closes(model, 2) >= limit for model in near):
+    if any(closes(model, 2) for model in near):
         return True
     best, share = max(begun, key=lambda one: one[1])
     if share < first:
@@ -148,7 +148,7 @@ def is_for_what_lags(
     for one in every:
         if one.effect in _MOUNTS:
             both, share = fitting.begin_on_few(one, best)
-            if share >= _NEAR * limit and closes(both, 4) >= limit:
+            if share >= _NEAR * limit and closes(both, 4):
                 return True
     return False
 
