@@ -81,9 +81,9 @@ def _one(wanted: Wanted, settings: Settings) -> dict[str, Any]:
         without = tuple(name for name in effect_ids() if name not in true)
     again = folder / "fresh" if fresh else None
     record = _judged(record, folder / "run", folder / "sensor.yaml", again, without, settings)
-    if alone:
-        causes = record.get("diagnosis", {}).get("causes", [])
-        record["alone"] = _each_found(record, {cause["effect"] for cause in causes}, folder, settings)
+    if alone and "diagnosis" in record:  # what failed is done again, all of it
+        named = {cause["effect"] for cause in record["diagnosis"]["causes"]}
+        record["alone"] = _each_found(record, named, folder, settings)
     _store(settings, wanted.name, record)
     if not settings.keep:
         shutil.rmtree(folder)

@@ -110,7 +110,6 @@ def diagnose(
     return found.diagnosis
 
 
-@threadpool_limits.wrap(limits=1, user_api="blas")  # others would spin beside our own threads, and sum in other orders
 def investigate(
     run: str | Path | Run,
     *,
@@ -130,24 +129,26 @@ def investigate(
 
     meanwhile: is given it while odometry is still run, without what the gap costs there.
     """
-    say("casting the scene")
-    given, profile = load_evidence(run, scene, sensor, materials, threads, config, objects, without_objects)
-    if not tasks:
-        found = _found(given, profile, without, say)
-        meanwhile(found)
-        return found
-    with Odometry(given) as odometry:
-        odometry.begin(given.base, max(given.threads // 2, 1))  # on what the search leaves idle
-        found = _found(given, profile, without, say)
-        say("measuring what the gap costs")
-        if found.diagnosis.causes:
-            odometry.begin(found.fixed.effects, given.threads)
-        odometry.hasten(given.threads)
-        costs = tasks_of(found)
-        meanwhile(found)
-        say("running odometry on the recording and on its simulations")
-        costs += odometry.tasks()
-    return replace(found, diagnosis=found.diagnosis.model_copy(update={"tasks": costs}))
+    # More threads of linear algebra would spin beside our own, and sum in other orders.
+    with threadpool_limits(limits=1, user_api="blas"):
+        say("casting the scene")
+        given, profile = load_evidence(run, scene, sensor, materials, threads, config, objects, without_objects)
+        if not tasks:
+            found = _found(given, profile, without, say)
+            meanwhile(found)
+            return found
+        with Odometry(given) as odometry:
+            odometry.begin(given.base, max(given.threads // 2, 1))  # on what the search leaves idle
+            found = _found(given, profile, without, say)
+            say("measuring what the gap costs")
+            if found.diagnosis.causes:
+                odometry.begin(found.fixed.effects, given.threads)
+            odometry.hasten(given.threads)
+            costs = tasks_of(found)
+            meanwhile(found)
+            say("running odometry on the recording and on its simulations")
+            costs += odometry.tasks()
+        return replace(found, diagnosis=found.diagnosis.model_copy(update={"tasks": costs}))
 
 
 def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) -> Findings:

@@ -9,7 +9,7 @@ import numpy as np
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.divergence import Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
-from depthsim.gap.depth.data.simulate import FITTING, LOCATING
+from depthsim.gap.depth.data.simulate import LOCATING
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.optimize import Floats, Model, Roots, best_neighbour, loss, polish, refine, starts
 from depthsim.gap.depth.fit.validate import Score, Validator
@@ -142,9 +142,9 @@ class Fitting:
         that it takes off there. beside: what is there already; it is fitted, too."""
         begun = self.begin(candidate, self.base, roughly=True)
         model = self.fit_roughly(begun if beside is None else begun.plus(beside), 3)
-        without, run = self.loss_on_few(self.base), self.evidence.total(self.base, self._few, FITTING)
-        again = self.evidence.total(self.base, self._few, LOCATING[0])
-        chance = loss(*map(self.validator.ruler.roots, (run, again)))
+        _, target, roots = self._on(self._few)
+        here, again = roots(tuple(self.base)), self.evidence.total(self.base, self._few, LOCATING[0])
+        without, chance = loss(target, here), loss(here, self.validator.ruler.roots(again))
         return model, (without - model.loss) / max(without - chance, 1e-12)
 
     def loss_on_few(self, effects: Sequence[Effect]) -> float:
