@@ -57,6 +57,10 @@ def kernel(function: Callable[..., Any]) -> Any:
 
     Where neither the package's folder nor the user's can be written, it is compiled anew at every start. numba looks at
     a kernel's own file alone: after a change in a file whose functions other kernels call, delete the ``*.nbi`` files.
+
+    The compiler makes vectors of a loop over pixels, which is three to ten times as fast, only if each turn reads all
+    that it needs first and then chooses, one choice a line: no branch, no read within a choice, no ``&`` of comparisons
+    of floats, and no read from a small array that might be what the loop writes.
     """
     compiled: Any = njit(nogil=True, error_model="numpy")(function)
     try:

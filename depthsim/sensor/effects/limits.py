@@ -20,7 +20,7 @@ def keep_between(start, stop, least, most, depth):  # noqa: ANN201 - numba
     z = depth[start:stop]
     for i in range(z.size):
         own = z[i]
-        own = own if own >= least else _ZERO  # one choice a line: else the compiler makes no vectors of it
+        own = own if own >= least else _ZERO  # one choice a line, see kernel
         z[i] = own if own <= most else _ZERO
 
 

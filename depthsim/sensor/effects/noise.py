@@ -65,7 +65,7 @@ def _flow(linear, turning, x, y, z):
 @kernel
 def _add_by_motion(start, stop, all_over, sigma, linear, turning, x, y, clean, variance):
     var, z, a, b = variance[start:stop], clean[start:stop], x[start:stop], y[start:stop]
-    # Read once, as far as the compiler knows: else it makes no vectors of the loop, which writes numbers of that kind.
+    # Read before the loop, see kernel.
     along, about = (linear[0], linear[1], linear[2]), (turning[0], turning[1], turning[2])
     for i in range(var.size):
         std = all_over + sigma * _flow(along, about, a[i], b[i], z[i])

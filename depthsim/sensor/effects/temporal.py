@@ -34,7 +34,7 @@ def _follow(start, stop, alpha, delta, least, recent, picture, state, seen):
     keep, recent, least = _f(1) - alpha, _i(recent), _i(least)
     for i in range(d.size):
         here, before, bits = d[i], s[i], _i(history[i])
-        # One choice a line, and no branch: else the compiler makes no vectors of it.
+        # One choice a line, see kernel.
         goes_on = abs(here - before) < delta
         mean = alpha * here + keep * before if goes_on else here
         mean = mean if before > _ZERO else here

@@ -32,7 +32,7 @@ def _move_by(start, stop, focal_baseline, clean, mean, disparity):
     for i in range(d.size):
         own, there, by = d[i], z[i], m[i]
         moved = own + by - focal_baseline / there
-        moved = moved if moved > _ZERO else _ZERO  # one choice a line: else the compiler makes no vectors of it
+        moved = moved if moved > _ZERO else _ZERO  # one choice a line, see kernel
         moved = moved if there > _ZERO else own
         d[i] = moved if own > _ZERO else own
 

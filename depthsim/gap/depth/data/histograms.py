@@ -92,7 +92,7 @@ def _signed_rank(values, sizes, out):
 @kernel
 def _error(e, raw, true, out):
     _signed_rank(e, MAGNITUDES, out)
-    # Read first and choose then, one choice a line: only so does the compiler turn these loops into vectors.
+    # Here and below: read first and choose then, one choice a line, see kernel.
     for u in range(e.size):
         units, surface, rank = raw[u], true[u], out[u]
         found = np.uint8(33) if units == 65535 else rank
