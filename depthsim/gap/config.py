@@ -78,6 +78,11 @@ class DepthData(Section):
         100.0, "times the median of the spectrum of equal neighbours: with a lower peak, no rows were doubled"
     )
     overtone: float = _value(0.6, "of the strongest line: the lowest frequency with so much is that of the steps")
+    farther_together: float = _value(
+        0.1,
+        "of signs of errors, by which they must go together more with those some way off, in pixels or frames, than "
+        "with the next ones and at the usual lag, and twice as much: then those some way off are looked at",
+    )
 
 
 class DepthFit(Section):

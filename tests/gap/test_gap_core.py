@@ -132,13 +132,15 @@ def _count(units: NDArray[np.uint16], clean: NDArray[np.float32], kind: int) -> 
         error,
         coarse,
         np.empty(0, np.uint8),
+        5,
+        4,
         np.array(histograms.STEPS, np.float32),
         rows,
         bins,
     )
     kinds, offsets, size = np.array([kind]), np.array([0]), int(histograms.BINS[kind])
     cells = np.zeros((1, pixels), np.uint16)
-    where = counting.places(cells, kinds, offsets, size, rows=rows, across=across, follows=False)
+    where = counting.places(cells, kinds, offsets, size, rows=rows, across=across, follows=False, left=5, up=4)
     counts = np.zeros(size + counting.SPARE, np.uint32)
     counting.count(bins, kinds, where, np.array([0]), counts)
     counts = counts[:size]
@@ -166,7 +168,7 @@ def test_axes_that_are_counted_together_have_the_counts_of_each_alone(seed: int)
     cells[2][u == 3] = counting.NO_CELL
     kinds, offsets = np.full(5, histograms.ERROR), bins * np.array([0, 6, 11, 41, 44])
     size, across = 344 * bins, np.zeros(pixels, np.float32)
-    where = counting.places(cells, kinds, offsets, size, rows=np.arange(40), across=across, follows=False)
+    where = counting.places(cells, kinds, offsets, size, rows=np.arange(40), across=across, follows=False, left=5, up=4)
     codes = rng.integers(0, bins, (1, pixels)).astype(np.uint8)
     expected, counts = np.zeros((2, size + counting.SPARE), np.uint32)
     counting.count(codes, kinds, where, np.arange(5), expected)
@@ -189,7 +191,7 @@ def test_axes_of_one_cell_have_the_counts_of_any_other(seed: int, pixels: int, w
     offsets, size = np.concatenate([[0], np.cumsum(bins)[:-1]]), 70_000 if wide else int(bins.sum())
     cells = np.where(rng.random((3, pixels)) < 0.3, counting.NO_CELL, 0).astype(np.uint16)
     across = np.zeros(pixels, np.float32)
-    where = counting.places(cells, kinds, offsets, size, rows=np.arange(1), across=across, follows=False)
+    where = counting.places(cells, kinds, offsets, size, rows=np.arange(1), across=across, follows=False, left=5, up=4)
     codes = rng.integers(0, histograms.BINS[: kinds.max() + 1, None], (kinds.max() + 1, pixels)).astype(np.uint8)
     expected, counts = np.zeros((2, size + counting.SPARE), np.uint32)
     counting.count(codes, kinds, where, np.array([0, 2]), expected)

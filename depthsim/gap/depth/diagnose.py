@@ -235,6 +235,8 @@ def _never(given: Evidence) -> Iterator[str]:
     """Effects that no cause can be in this recording."""
     if given.camera.aligned and any(isinstance(effect, AlignToColor) for effect in given.base):
         yield AlignToColor.id
+    if given.lags.frames > 1:  # what goes together with the frame before would show itself there
+        yield from sorted(name for name in effect_ids() if effect_class(name).axes[:1] == ("frame_neighbours",))
     if given.rows < given.camera.height:  # bands of rows are not resampled, and many frames before each cost as much
         yield from sorted(
             name for name in effect_ids() if effect_class(name).resizes() or effect_class(name)().looks_back

@@ -13,6 +13,7 @@ from depthsim.gap.depth.data.axis import Axis, Cells
 from depthsim.gap.depth.data.covariates import EDGE_CODES, EDGE_DISTANCES, Covariates
 from depthsim.gap.depth.data.cuts import Cuts
 from depthsim.gap.depth.data.histograms import ACROSS, BEFORE, ERROR, FAR_LEFT, FAR_UP, LEFT, PHASE, STEPS, UP
+from depthsim.gap.depth.data.lags import Lags
 
 ANGLES = np.cos(np.radians([15, 25, 35, 45, 52, 58, 64, 69, 74, 79, 84]))[::-1].astype(np.float32)
 _FEW_ANGLES = np.cos(np.radians([8, 16, 25, 38, 50, 60, 70, 78]))[::-1].astype(np.float32)
@@ -26,7 +27,7 @@ _SLOPES = np.array([-2, -0.6, -0.15, 0.15, 0.6, 2], np.float32)
 Numbers = NDArray[np.integer]
 
 
-def make_axes(k: Cuts) -> list[Axis]:
+def make_axes(k: Cuts, lags: Lags) -> list[Axis]:
     """All axes of a run, in the order in which they are counted."""
     return [
         _range(k),
@@ -54,7 +55,7 @@ def make_axes(k: Cuts) -> list[Axis]:
         _roll(k),
         _left_band(k),
         *_instance(k),
-        *_neighbours(k),
+        *_neighbours(k, lags),
         *(_steps(k, PHASE + number, step) for number, step in enumerate(k.steps)),
     ]
 
@@ -380,7 +381,7 @@ def _left_band(k: Cuts) -> Axis:
     return Axis("image_column", ERROR, 24, cells, _plain(text), single=False)
 
 
-def _neighbours(k: Cuts) -> list[Axis]:
+def _neighbours(k: Cuts, lags: Lags) -> list[Axis]:
     """How errors go together, near pixels with those beside an edge apart, farther ones and frames by range."""
     few = len(k.range6) + 1
 
@@ -390,11 +391,15 @@ def _neighbours(k: Cuts) -> list[Axis]:
     def ranges(c: Covariates, _: int) -> Numbers:
         return _hit(c, _cut(c.depth, k.range6))
 
-    near, frames = _plain("neighbouring pixels"), _plain("the same pixel in successive frames")
+    near, usual = "neighbouring pixels", Lags()
+    left = near if lags.left == usual.left else f"pixels {lags.left} columns apart"
+    up = near if lags.up == usual.up else f"pixels {lags.up} rows apart"
+    before = "successive frames" if lags.frames == usual.frames else f"frames {lags.frames} apart"
     return [
-        *(Axis("pixel_neighbours", kind, 2 * few, beside, near) for kind in (LEFT, UP)),
-        *(Axis("pixel_neighbours", kind, few, ranges, near) for kind in (FAR_LEFT, FAR_UP)),
-        Axis("frame_neighbours", BEFORE, few, ranges, frames),
+        *(Axis("pixel_neighbours", kind, 2 * few, beside, _plain(near)) for kind in (LEFT, UP)),
+        Axis("pixel_neighbours", FAR_LEFT, few, ranges, _plain(left)),
+        Axis("pixel_neighbours", FAR_UP, few, ranges, _plain(up)),
+        Axis("frame_neighbours", BEFORE, few, ranges, _plain(f"the same pixel in {before}")),
     ]
 
 

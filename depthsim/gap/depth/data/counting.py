@@ -18,8 +18,6 @@ from depthsim.gap.depth.data.histograms import (
     ERROR,
     FAR_LEFT,
     FAR_UP,
-    LAG_LEFT,
-    LAG_UP,
     LEFT,
     UP,
 )
@@ -44,16 +42,18 @@ def places(
     rows: NDArray[np.integer],
     across: NDArray[np.float32],
     follows: bool,
+    left: int,
+    up: int,
 ) -> NDArray[np.unsignedinteger]:
     """(axes, pixels): where the histogram of each pixel's cell begins in the counts; ``size`` is nowhere.
 
     cells: (axes, pixels), NO_CELL where a pixel is not counted. kinds, offsets: of each axis, see ``axis.layout``.
     rows: the rows of the picture that the pixels make up; across: (pixels,) the depth beyond an edge, 0 where there is
-    none; follows: whether the frame before is known.
+    none; follows: whether the frame before is known; left, up: as in :func:`histograms.codes`.
     """
     pixels = cells.shape[1]
     v, u = np.repeat(rows, pixels // len(rows)), np.tile(np.arange(pixels // len(rows)), len(rows))
-    has = {LEFT: u >= 1, UP: v >= 1, FAR_LEFT: u >= LAG_LEFT, FAR_UP: v >= LAG_UP, ACROSS: across > 0}
+    has = {LEFT: u >= 1, UP: v >= 1, FAR_LEFT: u >= left, FAR_UP: v >= up, ACROSS: across > 0}
     has[BEFORE] = np.full(pixels, follows)
     out = np.empty(cells.shape, np.uint16 if size + SPARE < 65536 else np.uint32)
     for w, kind in enumerate(kinds):

@@ -61,11 +61,11 @@ class Evidence(Recording):
         config: DepthConfig = DepthConfig(),  # noqa: B008 - frozen
     ) -> None:
         caster = like.caster if like is not None and like.scene is scene else Caster(scene)
-        super().__init__(run, scene, caster, base, threads, config)
+        super().__init__(run, scene, caster, base, threads, config, None if like is None else like.lags)
         self.materials = materials
         self._replay = Replay(self.caster, materials, self.motion)
         self.cuts, self.depths = self._cuts(like)
-        self.axes = make_axes(self.cuts)
+        self.axes = make_axes(self.cuts, self.lags)
         self.kinds, self.offsets, self.size = layout(self.axes)
         if like is None:
             self.cuts.spread_cuts, self.cuts.spread = self._own_spread()
@@ -194,7 +194,7 @@ class Evidence(Recording):
             begin, end = (k * len(frames) // threads for k in (part, part + 1))
             own = frames[begin:end]
             before = [frames[begin - 1]] if own and own[0] not in first else []
-            return self._count_frames(own, (self._measure(ordered, i, seed) for i in (*before, *own)), len(before))
+            return self._count_frames(own, (self._measure(ordered, i, seed) for i in (*before, *own)), before)
 
         return np.asarray(np.sum(self.each(one, range(threads)), axis=0, dtype=np.uint32))
 
@@ -218,36 +218,35 @@ class Evidence(Recording):
         pictures: Iterable[NDArray[np.uint16]],
         correction: tuple[Any, ...] | None = None,
     ) -> NDArray[Any]:
-        return self._count_frames([int(i) for i in self.blocks[block]], pictures, 0, correction)
+        return self._count_frames([int(i) for i in self.blocks[block]], pictures, (), correction)
 
     def _count_frames(
         self,
         frames: Sequence[int],
         pictures: Iterable[NDArray[np.uint16]],
-        ahead: int,
+        ahead: Sequence[int],
         correction: tuple[Any, ...] | None = None,
     ) -> NDArray[Any]:
-        """(size,) counts of some frames in a row. ahead: whether the picture of the frame before them comes first."""
+        """(size,) counts of some frames in a row. ahead: the frame before them, if its picture comes first."""
         counts = np.zeros(self.size + counting.SPARE, np.uint32 if correction is None else np.float64)
         pixels = self.camera.width * self.rows
         unit, focal_baseline = np.float32(self.camera.depth_scale), np.float32(self.camera.focal_baseline)
         error, bins = np.empty(pixels, np.float32), np.empty((int(self.kinds.max()) + 1, 0), np.uint8)
         before, steps = np.empty(0, np.uint8), np.array(self.cuts.steps, np.float32)
         shared = np.empty(0, np.uint32)
-        every = [frames[0] - 1, *frames] if ahead else frames
-        for number, (index, units) in enumerate(zip(every, pictures, strict=True)):
+        for number, (index, units) in enumerate(zip((*ahead, *frames), pictures, strict=True)):
             frame, coarse = self.frames[index], np.empty(pixels, np.uint8)
             raw, clean = units.reshape(-1), frame.geometry.depth.reshape(-1)
             if bins.shape[1] != frame.places.shape[1]:
                 bins = np.zeros((len(bins), frame.places.shape[1]), np.uint8)
             expected = clean if frame.expected is None else frame.expected
             histograms.errors(raw, unit, expected, frame.per_spread, error, coarse)
-            if number < ahead:
+            if number < len(ahead):
                 before = coarse
                 continue
             histograms.codes(
                 raw, unit, clean, frame.across, focal_baseline, self.camera.width, error, coarse, before,
-                steps, frame.counted, bins,
+                self.lags.left, self.lags.up, steps, frame.counted, bins,
             )  # fmt: skip
             if correction is None:
                 counting.count(bins, self.kinds, frame.places, self._alone, counts)
@@ -335,6 +334,7 @@ class Evidence(Recording):
             frame.places = counting.places(
                 cells, self.kinds, self.offsets, self.size, rows=frame.counted,
                 across=found.across[frame.counted].reshape(-1), follows=index not in first_of_block,
+                left=self.lags.left, up=self.lags.up,
             )  # fmt: skip
 
         frames = [*self.frames]

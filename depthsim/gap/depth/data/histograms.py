@@ -26,8 +26,6 @@ _MIXES = np.array([-0.3, -0.1, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1], np.float32)
 _PHASES = 12
 BINS = np.array([35, 26, 26, 28, 28, 28, 10] + [_PHASES + 1] * (len(STEPS) + 1), np.int64)
 """How many bins each kind of histogram has."""
-LAG_LEFT, LAG_UP = 5, 4
-"""How far off [px] the pixel lies that FAR_LEFT and FAR_UP compare with."""
 _HALF = _f(0.70710677)
 _LANES = 32
 _NO_MEASUREMENT = 5
@@ -142,13 +140,14 @@ def _pair(one, other, out):
 
 @kernel
 def codes(  # noqa: ANN201 - numba
-    units, unit, clean, across, focal_baseline, width, error, coarse, coarse_before, steps, rows, out
+    units, unit, clean, across, focal_baseline, width, error, coarse, coarse_before, left, up, steps, rows, out
 ):  # fmt: skip
     """The bin of each pixel in each kind of histogram, for some rows.
 
     out: (kinds, pixels of those rows) uint8. What has no bin, such as the difference from a neighbour beyond the
     border, is left as it is: :func:`depthsim.gap.depth.data.counting.places` sees to it that it is counted nowhere.
-    coarse_before is empty where there is no frame before. steps: (any number,) [px].
+    coarse_before is empty where there is no frame before. left, up: how far off the pixel is that FAR_LEFT and FAR_UP
+    compare with [px]. steps: (any number,) [px].
     """
     by = np.empty(width, np.float32)
     for row in range(rows.size):
@@ -159,9 +158,9 @@ def codes(  # noqa: ANN201 - numba
         _difference(e[1:], raw[1:], e[:-1], raw[:-1], by, out[1, at + 1 : till])
         if v >= 1:
             _difference(e, raw, error[begin - width : begin], units[begin - width : begin], by, out[2, at:till])
-        _pair(c[LAG_LEFT:], c[:-LAG_LEFT], out[3, at + LAG_LEFT : till])
-        if v >= LAG_UP:
-            _pair(c, coarse[begin - LAG_UP * width : end - LAG_UP * width], out[4, at:till])
+        _pair(c[left:], c[:-left], out[3, at + left : till])
+        if v >= up:
+            _pair(c, coarse[begin - up * width : end - up * width], out[4, at:till])
         if coarse_before.size > 0:
             _pair(c, coarse_before[begin:end], out[5, at:till])
         _across(raw, unit, true, across[begin:end], c, by, out[6, at:till])

@@ -57,7 +57,7 @@ def notes_of(evidence: Evidence) -> tuple[str, ...]:
         notes.append(RAY_LENGTHS)
     if evidence.stands_still:
         notes.append("the camera stands still: errors of pose, time and motion cannot be seen")
-    return (*notes, *evidence.run.remarks)
+    return (*notes, *filter(None, (evidence.lags.remark,)), *evidence.run.remarks)
 
 
 def _profile(run: Run, sensor: str | Path | Profile | Sequence[Effect] | None) -> Profile:

@@ -29,7 +29,7 @@ def locked_share(signs: Iterable[Signs]) -> float:
     signs: (rows, columns) of frames far apart in time, as for :func:`~depthsim.gap.depth.data.waves.strongest_wave`.
     0 for noise that is drawn anew, or of fewer than two frames; 1 where every error stays on its side.
     """
-    shares = [_together(one.reshape(-1), other.reshape(-1)) for one, other in combinations(signs, 2)]
+    shares = [together(one.reshape(-1), other.reshape(-1)) for one, other in combinations(signs, 2)]
     return float(np.mean([share for share, pixels in shares if pixels >= _LEAST] or [0.0]))
 
 
@@ -48,7 +48,7 @@ def carried_share(signs: Sequence[Signs], seen: Iterable[SeenAgain]) -> float:
     signs: (rows, columns) of frames; seen: of two of them each, see :func:`seen_again`.
     """
     flat = [one.reshape(-1) for one in signs]
-    shares = [_together(flat[pair.one][pair.here], flat[pair.other][pair.there]) for pair in seen]
+    shares = [together(flat[pair.one][pair.here], flat[pair.other][pair.there]) for pair in seen]
     total = sum(pixels for _, pixels in shares)
     return sum(share * pixels for share, pixels in shares) / total if total >= _LEAST else 0.0
 
@@ -61,7 +61,7 @@ def seen_again(frames: Sequence[CleanFrame]) -> list[SeenAgain]:
     ]
 
 
-def _together(one: Signs, other: Signs) -> tuple[float, int]:
+def together(one: Signs, other: Signs) -> tuple[float, int]:
     """The mean product of signs over the product of the means, and of how many pixels."""
     both = (one != 0) & (other != 0)
     a, b = one[both].astype(np.float64), other[both].astype(np.float64)

@@ -19,6 +19,7 @@ from depthsim.gap.depth.data.frames import (
     select_frames,
     select_rows,
 )
+from depthsim.gap.depth.data.lags import Lags, find_lags, pair_frames
 from depthsim.gap.depth.data.ray_length import are_ray_lengths
 from depthsim.gap.depth.data.tiles import find_tiles
 from depthsim.gap.depth.data.workers import Workers
@@ -29,6 +30,7 @@ from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.motion import Motion
 from depthsim.sensor.pipeline import acting
+from depthsim.units import SATURATED
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -39,7 +41,8 @@ class Recording:
 
     blocks: the frames by block, each for fitting, for selecting causes, or to be reported on. windows: the rows of each
     frame that are looked at, as a camera; rows: how many; stride: one of so many is counted. base: the effects of the
-    simulator as it is. config: the thresholds of the diagnosis.
+    simulator as it is. lags: how far off the errors are that others are compared with, as the recording shows if not
+    given. config: the thresholds of the diagnosis.
     """
 
     def __init__(
@@ -50,6 +53,7 @@ class Recording:
         base: Sequence[Effect],
         threads: int | None,
         config: DepthConfig,
+        lags: Lags | None = None,
     ) -> None:
         self.config = config
         self.run, self.scene, self.camera = run, scene, run.camera
@@ -68,12 +72,27 @@ class Recording:
         self.rows = windows[0].height
         self.stride = max(1, round(self.rows * run.camera.width / config.data.pixels_of_frame))
         self.frames: dict[int, CleanFrame] = dict(zip(self.windows, self.each(self._cast, self.windows), strict=True))
+        self.lags = find_lags(self._signs, self._are_whole, config.data) if lags is None else lags
+        if self.lags.frames > 1 and len(self.frames) == len(run):
+            self.blocks = pair_frames(len(run), self.lags.frames)
+            self._dealt = deal_blocks(len(self.blocks), 3 if self.in_three else 2)
 
     def _cast(self, index: int) -> CleanFrame:
         camera, pose, stamp = self.windows[index], self.run.poses[index], float(self.run.stamps[index])
         geometry, none = cast_clean(self.caster, camera, pose, stamp), np.empty(0, np.float32)
         counted = counted_rows(camera, index, self.stride)
         return CleanFrame(index, stamp, pose, camera, counted, geometry, none, none, np.empty((0, 0), np.uint16))
+
+    @property
+    def _signs(self) -> dict[int, NDArray[np.int8]]:
+        """Of the errors of each frame (rows, width), 0 where there is none."""
+
+        def of(index: int) -> NDArray[np.int8]:
+            units, clean = self._trusted_units(index), self.frames[index].geometry.depth
+            off = units * np.float32(self.camera.depth_scale) - clean
+            return np.where((units > 0) & (units < SATURATED) & (clean > 0), np.sign(off), 0).astype(np.int8)
+
+        return dict(zip(self.frames, self.each(of, self.frames), strict=True))
 
     @property
     def counted_of_frame(self) -> int:

@@ -1,0 +1,129 @@
+"""Errors that go together with those some way off, and with none between."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from depthsim.gap import Diagnosis, diagnose
+from depthsim.gap.config import DepthData
+from depthsim.gap.depth.data.lags import Lags, find_lags, pair_frames
+from depthsim.presets import preset
+from depthsim.runs import Run
+from depthsim.runs.generate import generate
+from depthsim.runs.png import encode_png
+from depthsim.scenefile import load_scene
+from depthsim.sensor import load_profile
+from depthsim.sensor.effect import effect_ids
+from depthsim.sensor.effects.noise import DisparityNoise
+from depthsim.trajectory import load_trajectory
+
+Array = NDArray[np.float64]
+SHAPE = (12, 60, 106)
+SIGMA = 0.1
+"""[px]"""
+
+
+def noise(seed: int = 0) -> Array:
+    return np.random.default_rng(seed).standard_normal(SHAPE)
+
+
+def echo(lag: int, axis: int, white: Array) -> Array:
+    """Each with a share of the one so far before it, which has one, too; all of variance 1."""
+    out = np.moveaxis(white.copy(), axis, 0)
+    for k in range(lag, len(out)):
+        out[k] = 0.8 * out[k - lag] + 0.6 * out[k]
+    return np.moveaxis(out, 0, axis)
+
+
+def lags_of(errors: Array, are_whole: bool = True) -> Lags:
+    signs = np.sign(errors) * (np.random.default_rng(9).random(errors.shape) < 0.9)
+    return find_lags(dict(enumerate(signs.astype(np.int8))), are_whole, DepthData())
+
+
+@settings(max_examples=15)
+@given(st.integers(2, 12), st.integers(5, 12), st.integers(2, 4), st.integers(0, 2**32 - 1))
+def test_an_echo_is_found(left: int, up: int, frames: int, seed: int) -> None:
+    usual = Lags()
+    assert lags_of(echo(left, 2, noise(seed))) == usual._replace(left=left)
+    assert lags_of(echo(up, 1, noise(seed))) == usual._replace(up=up)
+    assert lags_of(echo(up, 1, noise(seed)), are_whole=False) == usual
+    assert lags_of(echo(frames, 0, noise(seed))) == usual._replace(frames=frames)
+    assert lags_of(0.7 * echo(left, 2, noise(seed)) + 3 * np.linspace(-1, 1, 60)[:, None]).left in (left, usual.left)
+
+
+@pytest.mark.parametrize(
+    "errors",
+    [
+        noise(),
+        noise() + 0.5,
+        ndimage.gaussian_filter(noise(), (0, 2, 4)),
+        ndimage.uniform_filter(noise(), (0, 5, 5)),
+        ndimage.gaussian_filter1d(noise(), 2, axis=0),
+        echo(1, 0, noise()),
+        -noise() * np.cos(np.pi * np.arange(12))[:, None, None] + 0.5 * noise(1)[:1],
+        noise() + 0.01 * (np.arange(106) - 53) + 0.5 * (np.arange(60) > 30)[:, None],
+        noise() + 2 * np.cos(2 * np.pi * np.arange(106) / 7),
+    ],
+    ids=["white", "biased", "smooth", "window", "slow", "next", "alternating", "sloped", "waves"],
+)
+def test_what_goes_together_with_the_next_ones_is_no_echo(errors: Array) -> None:
+    assert lags_of(errors) == Lags()
+
+
+@given(st.integers(2, 200), st.integers(2, 4))
+def test_frames_in_pairs(count: int, lag: int) -> None:
+    blocks = pair_frames(count, lag)
+    assert sorted(np.concatenate(blocks)) == list(range(count))
+    assert all(len(block) == 1 or block[1] - block[0] == lag for block in blocks)
+    assert sum(len(block) == 1 for block in blocks) < 2 * lag
+
+
+def test_the_usual_lags_need_no_remark() -> None:
+    assert Lags().remark == ""
+    assert "3 columns to the left and 2 frames before" in Lags(left=3, frames=2).remark
+
+
+def recorded(folder: Path, errors: Array) -> Path:
+    """The office with noise of the disparity, of which the simulator has as much that goes together with no other."""
+    scene, camera = load_scene("office"), preset("d435", 106, 60)
+    path = load_trajectory("tour", scene, camera.rate, len(errors))
+    generate(scene, path, camera, load_profile("clean"), folder, streams=("depth",), seed=3, threads=1)
+    run = Run.open(folder)
+    for index, file in enumerate(run.files):
+        depth = run.depth(index)
+        seen = depth > 0
+        disparity = camera.focal_baseline / np.where(seen, depth, 1) + SIGMA * errors[index]
+        units = np.rint(1000 * camera.focal_baseline / np.maximum(disparity, 0.1))
+        file.write_bytes(encode_png(np.where(seen, units, 0).astype(np.uint16)))
+    return folder
+
+
+def diagnosed(run: Path) -> Diagnosis:
+    without = [
+        name for name in effect_ids() if name not in ("temporal_correlation", "spatial_correlation", "lateral_noise")
+    ]
+    return diagnose(run, sensor=[DisparityNoise(sigma=SIGMA)], without=without, threads=1, tasks=False)
+
+
+@pytest.mark.parametrize(
+    ("make", "axis", "said"),
+    [
+        (lambda: echo(3, 2, noise()), "pixel_neighbours", "pixels 3 columns apart"),
+        (lambda: echo(2, 0, noise()), "frame_neighbours", "frames 2 apart"),
+    ],
+    ids=["read-out line", "buffers by turns"],
+)
+def test_an_echo_is_located_and_nothing_named(tmp_path: Path, make: Callable[[], Array], axis: str, said: str) -> None:
+    found = diagnosed(recorded(tmp_path / "run", make()))
+    assert (found.verdict, found.causes) == ("unexplained", ())
+    assert found.where[0].axis == axis and found.where[0].what == "correlation" and said in found.where[0].text
+
+
+def test_noise_by_itself_is_no_gap(tmp_path: Path) -> None:
+    assert diagnosed(recorded(tmp_path / "run", noise())).verdict == "no_gap"
