@@ -1,6 +1,7 @@
 """In what way two sets of errors differ: bias, spread, holes, tails, or how neighbours go together."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +18,17 @@ _CENTRES[15], _CENTRES[16] = -0.07, 0.07
 _EDGES = np.concatenate([-MAGNITUDES[::-1], [0], MAGNITUDES, [140]]).astype(np.float64)
 TAIL = 4.5
 """Errors beyond so many spreads of the simulator are reported as tails, where both have few of them."""
+_QUANTILES = np.array([0.005, 0.02, 0.06, 0.16, 0.3, 0.5, 0.7, 0.84, 0.94, 0.98, 0.995])
+_LEANS = 1.2
+"""Times as wide on one side of the median as on the other: worth saying."""
 
 
 @dataclass(frozen=True)
 class Difference:
     """what: the kind that makes most of it; sizes: bits by kind; words: in numbers.
 
-    bias [spreads of the simulator], spread: real over simulated, holes: their shares (real, simulated).
+    bias [spreads of the simulator], spread: real over simulated, holes: their shares (real, simulated); tail: which
+    errors a tail is of.
     """
 
     what: What
@@ -32,17 +37,23 @@ class Difference:
     bias: float
     spread: float
     holes: tuple[float, float]
+    tail: str = ""
 
 
 def compare_cells(
-    evidence: Evidence, axis: int, cells: NDArray[np.int64], real: NDArray[np.integer], simulated: NDArray[np.integer]
+    evidence: Evidence,
+    axis: int,
+    cells: NDArray[np.int64],
+    real: NDArray[np.integer],
+    simulated: NDArray[np.integer],
+    *,
+    shapes: bool = False,
 ) -> Difference:
-    """What differs in some cells of an axis."""
+    """What differs in some cells of an axis. shapes: whether another shape of the errors is told as a tail, too."""
     kind = evidence.axes[axis].kind
     a, b = (evidence.cells(axis, counts)[cells].astype(float) for counts in (real, simulated))
     if kind != ERROR:
-        over_time = evidence.axes[axis].name == "frame_neighbours"
-        whose = "the same pixel in successive frames" if over_time else "neighbouring pixels"
+        whose = evidence.axes[axis].label(cells)
         of_holes = UP < kind < ACROSS and (holes_together(a) - holes_together(b)).sum() > errors_together(a, b).sum()
         what: What = "missing" if of_holes else "correlation"
         words = f"{'holes' if of_holes else 'errors'} of {whose} go together in another way"
@@ -55,7 +66,6 @@ def compare_cells(
     spread = float(np.exp(weight @ np.log(np.maximum(numbers[:, 1], 1e-3))))
     holes = float(weight @ numbers[:, 2]), float(weight @ numbers[:, 3])
     tails = float(weight @ numbers[:, 4]), float(weight @ numbers[:, 5])
-    most = max(sizes, key=lambda key: sizes[key])
     up_to = "up to " if len(cells) > 1 else ""
     said = {
         "bias": f"median error {up_to}{_biggest(numbers[:, 0]):+.2f} times the simulator's spread",
@@ -63,7 +73,11 @@ def compare_cells(
         "missing": f"holes {100 * holes[0]:.1f} % against {100 * holes[1]:.1f} % simulated",
         "tail": f"{100 * tails[0]:.2f} % beyond {TAIL} spreads against {100 * tails[1]:.2f} % simulated",
     }
-    return Difference(most, sizes, said[most], bias, spread, holes)  # type: ignore[arg-type]
+    tail = f"errors beyond {TAIL} times the simulator's spread"
+    if shapes and (shape := _shape(a.sum(axis=0), b.sum(axis=0))).size > sizes["tail"]:
+        sizes["tail"], said["tail"], tail = shape.size, shape.words, "errors of all sizes"
+    most = max(sizes, key=lambda key: sizes[key])
+    return Difference(most, sizes, said[most], bias, spread, holes, tail)  # type: ignore[arg-type]
 
 
 def errors_together(a: NDArray[np.floating], b: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -109,6 +123,34 @@ def _one(a: NDArray[np.floating], b: NDArray[np.floating]) -> tuple[dict[str, fl
         "tail": valid * _binary(far_a, far_b) if max(far_a, far_b) < 0.2 else 0.0,
     }
     return sizes, (shift, std_a / std_b, holes_a, holes_b, far_a, far_b)
+
+
+class _Shape(NamedTuple):
+    """size: bits; words: on which side there is more."""
+
+    size: float
+    words: str
+
+
+def _shape(a: NDArray[np.floating], b: NDArray[np.floating]) -> _Shape:
+    """How two histograms of errors (bins,) differ but for their medians and spreads, which are made alike.
+
+    By the shares between quantiles of the second: steps, which fill one bin and leave the next empty, are no shape. It
+    counts half, as a bias or a factor of the spread is to be told first.
+    """
+    sums, edges = [], np.concatenate([[-140.0], _EDGES])
+    for x in (a, b):
+        sums.append(np.concatenate([[0], np.cumsum(x[:ERROR_HOLE] / max(x[:ERROR_HOLE].sum(), 1))]))
+    (mean_a, std_a), (mean_b, std_b) = ((m.item(), s.item()) for m, s in (_core(np.diff(x)[None]) for x in sums))
+    places = np.interp(_QUANTILES, sums[1], edges)
+    moved = (places - mean_b) / std_b * std_a + mean_a
+    below = [np.interp(moved, edges, sums[0]), np.interp(places, edges, sums[1])]
+    shares = [np.diff(np.concatenate([[0], x, [1]])) for x in below]
+    low, high = (float(x) for x in np.interp([0.16, 0.84], sums[0], edges) - mean_a)
+    side = "farther" if high > -low else "nearer"
+    ratio = max(high, -low, 1e-6) / max(min(high, -low), 1e-6)
+    leans = f", {ratio:.1f} times as wide on the {side} side as on the other" if ratio > _LEANS else ""
+    return _Shape(float(_apart(*(x[None] for x in shares))[0]) / 2, f"errors are distributed in another shape{leans}")
 
 
 @dataclass(frozen=True)

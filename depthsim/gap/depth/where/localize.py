@@ -19,7 +19,7 @@ from depthsim.gap.depth.data.divergence import Counted, Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.data.simulate import LOCATING
 from depthsim.gap.depth.where.correction import learnable
-from depthsim.gap.depth.where.differences import TAIL, Difference, compare_cells, errors_together, holes_together
+from depthsim.gap.depth.where.differences import Difference, compare_cells, errors_together, holes_together
 from depthsim.gap.depth.where.part import main_part
 from depthsim.gap.diagnosis import Cut
 from depthsim.sensor.effect import Effect
@@ -31,7 +31,8 @@ PAIRS = (histograms.FAR_LEFT, histograms.FAR_UP, histograms.BEFORE)
 @dataclass(frozen=True)
 class Place:
     """An axis. depends: the part of the gap that changes along it; closes: what a correction along it would close, NaN
-    where none was learned; shares: of the axis' gap, by cell; gap: bits per pixel in this axis.
+    where none was learned; shares: of the axis' gap, by cell; gap: bits per pixel in this axis. uniform: whether the
+    gap is the same all over, and this axis stands for all.
     """
 
     axis: int
@@ -39,6 +40,7 @@ class Place:
     closes: float
     shares: Floats
     gap: float
+    uniform: bool = False
 
 
 def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[Place]:
@@ -53,7 +55,8 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
     whole = max(max((total for _, total in changes.values()), default=0.0), 1e-12)
     depends = {n: float(np.clip(varies / whole, 0, 1)) for n, (varies, _) in changes.items()}
     uniform = max(depends.values(), default=0.0) < limit.uniform
-    if uniform and (by_range := _as_the_spread(evidence, real, plain)) is not None:
+    by_range = _as_the_spread(evidence, real, plain) if uniform else None
+    if by_range is not None:
         depends[by_range] = 1.0
     first = sorted(errors, key=lambda n: axis_cost(evidence.axes[n], limit) - depends[n])
     closes = learnable(evidence, ruler, effects, [*first[: limit.corrections], *pairs])
@@ -66,7 +69,9 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
     ahead = [n for n in pairs if bits[n] > limit.paired * alone or own_bits[n] > limit.together * alone]
     in_holes = [n for n in pairs if n not in ahead and hole_bits[n] > limit.together * alone]
     others = [n for n in pairs if n not in (*ahead, *in_holes)]
-    beside = in_holes + [n for n in others if own_bits[n] > limit.beside * alone or (uniform and bits[n] > alone)]
+    # Two errors differ by more bits than one, though they have nothing to do with each other: not so their difference.
+    apart = [n for n in pairs if evidence.axes[n].kind not in PAIRS and uniform and bits[n] > alone]
+    beside = in_holes + [n for n in others if own_bits[n] > limit.beside * alone or n in apart]
     order = [*ahead, *first[:1], *beside, *first[1:], *(n for n in pairs if n not in (*ahead, *beside))]
     found = []
     for number in order:
@@ -75,12 +80,13 @@ def locate(evidence: Evidence, ruler: Ruler, effects: Sequence[Effect]) -> list[
             pixels = max(ruler.totals(real)[ruler.axis_of_cell == number].sum(), 1)
             paired = 1.0 if number in (*ahead, *beside) else max(closes.get(number, 0.0), 0.0)
             value = depends.get(number, paired)
-            found.append(Place(number, value, closes.get(number, np.nan), own / own.sum(), float(own.sum() / pixels)))
+            gap, closed = float(own.sum() / pixels), closes.get(number, np.nan)
+            found.append(Place(number, value, closed, own / own.sum(), gap, number == by_range))
     return found
 
 
 def _as_the_spread(evidence: Evidence, real: Counts, plain: Counts) -> int | None:
-    """The axis by range, where the whole gap is one bias or one factor of the spread.
+    """The axis by range, where the whole gap is one bias, one factor of the spread, or one other shape of the errors.
 
     Errors are measured in units of the simulator's spread. What is the same everywhere in those changes in metres as
     the spread does, which is a function of the range.
@@ -89,8 +95,8 @@ def _as_the_spread(evidence: Evidence, real: Counts, plain: Counts) -> int | Non
     number = next((n for n, v in axes if v.name == "range" and v.single and v.kind == histograms.ERROR), None)
     if number is None:
         return None
-    what = compare_cells(evidence, number, np.arange(evidence.axes[number].size), real, plain).what
-    return number if what in ("bias", "spread") else None
+    what = compare_cells(evidence, number, np.arange(evidence.axes[number].size), real, plain, shapes=True).what
+    return number if what != "missing" else None
 
 
 def _changes(evidence: Evidence, number: int, real: Counts, plain: Counts, another: Counts) -> tuple[float, float]:
@@ -157,13 +163,14 @@ def cuts_of(evidence: Evidence, effects: Sequence[Effect], places: Sequence[Plac
             continue
         seen.add(axis.name)
         cells = main_part(axis, place.shares)
-        difference = compare_cells(evidence, place.axis, cells, real, simulated)
+        difference = compare_cells(evidence, place.axis, cells, real, simulated, shapes=place.uniform)
         cuts.append(_tell(evidence, place, cells, difference))
         if difference.what == "tail" and "residual_tail" not in seen:
             seen.add("residual_tail")
             share = difference.sizes["tail"] / max(sum(difference.sizes.values()), 1e-12)
-            label, words = f"errors beyond {TAIL} times the simulator's spread", difference.words
-            cuts.append(Cut(axis="residual_tail", label=label, share_of_gap=share, what="tail", text=words))
+            label, words = difference.tail, difference.words
+            own = Cut(axis="residual_tail", label=label, share_of_gap=share, what="tail", text=words)
+            cuts.insert(len(cuts) - place.uniform, own)
     return tuple(cuts)
 
 
