@@ -12,7 +12,8 @@ from scipy import ndimage
 
 from depthsim.gap import Diagnosis, diagnose
 from depthsim.gap.config import DepthData
-from depthsim.gap.depth.data.lags import Lags, find_lags, pair_frames
+from depthsim.gap.depth.data.frames import pair_frames, select_frames
+from depthsim.gap.depth.data.lags import BEFORE, Lags, find_lags
 from depthsim.presets import preset
 from depthsim.runs import Run
 from depthsim.runs.generate import generate
@@ -24,13 +25,13 @@ from depthsim.sensor.effects.noise import DisparityNoise
 from depthsim.trajectory import load_trajectory
 
 Array = NDArray[np.float64]
-SHAPE = (12, 60, 106)
+SHAPE = (60, 106)
 SIGMA = 0.1
 """[px]"""
 
 
-def noise(seed: int = 0) -> Array:
-    return np.random.default_rng(seed).standard_normal(SHAPE)
+def noise(seed: int = 0, frames: int = 12) -> Array:
+    return np.random.default_rng(seed).standard_normal((frames, *SHAPE))
 
 
 def echo(lag: int, axis: int, white: Array) -> Array:
@@ -43,7 +44,9 @@ def echo(lag: int, axis: int, white: Array) -> Array:
 
 def lags_of(errors: Array, are_whole: bool = True) -> Lags:
     signs = np.sign(errors) * (np.random.default_rng(9).random(errors.shape) < 0.9)
-    return find_lags(dict(enumerate(signs.astype(np.int8))), are_whole, DepthData())
+    pictures = list(signs.astype(np.int8))
+    in_a_row = [pictures[k - BEFORE : k + 1][::-1] for k in range(BEFORE, len(pictures), 2)]
+    return find_lags([pictures[:1], *in_a_row], are_whole, DepthData())
 
 
 @settings(max_examples=15)
@@ -84,6 +87,17 @@ def test_frames_in_pairs(count: int, lag: int) -> None:
     assert sum(len(block) == 1 for block in blocks) < 2 * lag
 
 
+@given(st.integers(2, 2000), st.integers(1, 4), st.sampled_from([106, 424, 1280]))
+def test_blocks_share_no_frame(count: int, lag: int, width: int) -> None:
+    blocks = select_frames(count, width, DepthData(), lag)
+    frames = np.concatenate(blocks)
+    assert len({*frames}) == len(frames) and min(frames) >= 0 and max(frames) < count
+    if count > 60:
+        assert all(block[1] - block[0] == lag for block in blocks) and len(frames) >= 15
+    if count > 300:
+        assert max(frames) == count - 1
+
+
 def test_the_usual_lags_need_no_remark() -> None:
     assert Lags().remark == ""
     assert "3 columns to the left and 2 frames before" in Lags(left=3, frames=2).remark
@@ -116,8 +130,9 @@ def diagnosed(run: Path) -> Diagnosis:
     [
         (lambda: echo(3, 2, noise()), "pixel_neighbours", "pixels 3 columns apart"),
         (lambda: echo(2, 0, noise()), "frame_neighbours", "frames 2 apart"),
+        (lambda: noise(frames=3)[np.arange(60) % 3], "frame_neighbours", "frames 3 apart"),
     ],
-    ids=["read-out line", "buffers by turns"],
+    ids=["read-out line", "buffers by turns", "patterns by turns"],
 )
 def test_an_echo_is_located_and_nothing_named(tmp_path: Path, make: Callable[[], Array], axis: str, said: str) -> None:
     found = diagnosed(recorded(tmp_path / "run", make()))

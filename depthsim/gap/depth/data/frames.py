@@ -76,8 +76,9 @@ def _beside(camera: Camera, x: float) -> Camera:
     return Camera.model_construct(**{**dict(camera), **plain})
 
 
-def select_frames(count: int, width: int, limit: DepthData) -> list[NDArray[np.int64]]:
-    """Blocks of frames in a row, spread over the run; a short run is taken whole. width: of a frame [px].
+def select_frames(count: int, width: int, limit: DepthData, lag: int = 1) -> list[NDArray[np.int64]]:
+    """Blocks of frames in a row, spread over the run; a short run is taken whole. width: of a frame [px]; lag: how far
+    apart the frames of a block are.
 
     Neighbours in time are alike, and a block is never parted between fitting and validating.
     """
@@ -85,9 +86,22 @@ def select_frames(count: int, width: int, limit: DepthData) -> list[NDArray[np.i
     length = int(np.clip(min(count, wanted) // 10, 1 if count < 8 else 2, limit.block))
     number = max(min(count, wanted) // length, 1)
     if count <= wanted + length:
-        return [block for block in np.array_split(np.arange(count), number) if len(block)]
-    starts = np.linspace(0, count - length, number).round().astype(np.int64)
-    return [np.arange(start, start + length) for start in np.unique(starts)]
+        return pair_frames(count, lag) if lag > 1 else [b for b in np.array_split(np.arange(count), number) if len(b)]
+    starts = np.linspace(0, count - 1 - (length - 1) * lag, number).round().astype(np.int64)
+    found: dict[int, NDArray[np.int64]] = {}
+    for block in (np.arange(start, start + length * lag, lag) for start in np.unique(starts)):
+        if not found.keys() & {*map(int, block)}:
+            found |= dict.fromkeys(map(int, block), block)
+    return [found[first] for first in dict.fromkeys(int(block[0]) for block in found.values())]
+
+
+def pair_frames(count: int, lag: int) -> list[NDArray[np.int64]]:
+    """All frames in pairs that are so many apart; those that are left at the end are alone."""
+    firsts = [begin + k for begin in range(0, count - 2 * lag + 1, 2 * lag) for k in range(lag)]
+    return [
+        *(np.array([first, first + lag]) for first in firsts),
+        *(np.array([k]) for k in range(2 * len(firsts), count)),
+    ]
 
 
 def deal_blocks(count: int, parts: int) -> list[list[int]]:

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.camera import Camera
 from depthsim.errors import InputError
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.border import Border, find_border
@@ -19,7 +20,8 @@ from depthsim.gap.depth.data.frames import (
     select_frames,
     select_rows,
 )
-from depthsim.gap.depth.data.lags import Lags, find_lags, pair_frames
+from depthsim.gap.depth.data.lags import BEFORE, Lags, find_lags
+from depthsim.gap.depth.data.locked import Signs
 from depthsim.gap.depth.data.ray_length import are_ray_lengths
 from depthsim.gap.depth.data.tiles import find_tiles
 from depthsim.gap.depth.data.workers import Workers
@@ -34,6 +36,8 @@ from depthsim.units import SATURATED
 
 S = TypeVar("S")
 T = TypeVar("T")
+_SOME, _LATE = 6, BEFORE + 1
+"""Frames that are asked how far off errors go together, about; and how many are passed over, to have some before."""
 
 
 class Recording:
@@ -61,21 +65,25 @@ class Recording:
         self.threads = threads or core_count()
         self._workers = Workers(self.threads)
         self.motion = Motion.along(run.trajectory, run.truth)
-        self.blocks = select_frames(len(run), run.camera.width, config.data)
+        self._look_at(1 if lags is None else lags.frames)
+        self.lags = find_lags(self._in_a_row(), self._are_whole, config.data) if lags is None else lags
+        if lags is None and self.lags.frames > 1:
+            self._look_at(self.lags.frames)
+
+    def _look_at(self, lag: int) -> None:
+        """Take frames, those of a block so many apart, and cast them."""
+        run, limit = self.run, self.config.data
+        self.blocks = select_frames(len(run), run.camera.width, limit, lag)
         if len(self.blocks) < 2:
             raise InputError(run.path, "", f"has {len(run)} frame, too few to fit and to validate", "give 2 or more")
         self._dealt = deal_blocks(len(self.blocks), 3 if self.in_three else 2)
         windows = [run.camera] * len(self.blocks)
         if not self._resizes:
-            windows = select_rows(self.blocks, run.camera, self._dealt, config.data)
+            windows = select_rows(self.blocks, run.camera, self._dealt, limit)
         self.windows = {int(i): window for window, block in zip(windows, self.blocks, strict=True) for i in block}
         self.rows = windows[0].height
-        self.stride = max(1, round(self.rows * run.camera.width / config.data.pixels_of_frame))
+        self.stride = max(1, round(self.rows * run.camera.width / limit.pixels_of_frame))
         self.frames: dict[int, CleanFrame] = dict(zip(self.windows, self.each(self._cast, self.windows), strict=True))
-        self.lags = find_lags(self._signs, self._are_whole, config.data) if lags is None else lags
-        if self.lags.frames > 1 and len(self.frames) == len(run):
-            self.blocks = pair_frames(len(run), self.lags.frames)
-            self._dealt = deal_blocks(len(self.blocks), 3 if self.in_three else 2)
 
     def _cast(self, index: int) -> CleanFrame:
         camera, pose, stamp = self.windows[index], self.run.poses[index], float(self.run.stamps[index])
@@ -83,16 +91,30 @@ class Recording:
         counted = counted_rows(camera, index, self.stride)
         return CleanFrame(index, stamp, pose, camera, counted, geometry, none, none, np.empty((0, 0), np.uint16))
 
-    @property
-    def _signs(self) -> dict[int, NDArray[np.int8]]:
-        """Of the errors of each frame (rows, width), 0 where there is none."""
+    def _in_a_row(self) -> list[list[Signs]]:
+        """As :func:`find_lags` has it; the frames before are cast where they are not looked at."""
+        every = [*self.windows]
+        some = every[_LATE :: max(1, len(every) // _SOME)] if len(every) > _LATE else every
 
-        def of(index: int) -> NDArray[np.int8]:
-            units, clean = self._trusted_units(index), self.frames[index].geometry.depth
-            off = units * np.float32(self.camera.depth_scale) - clean
-            return np.where((units > 0) & (units < SATURATED) & (clean > 0), np.sign(off), 0).astype(np.int8)
+        def of(index: int) -> list[Signs]:
+            before = range(index, index - BEFORE - 1, -1) if index >= BEFORE else (index,)
+            return [self._signs(k, self.windows[index]) for k in before]
 
-        return dict(zip(self.frames, self.each(of, self.frames), strict=True))
+        return self.each(of, some)
+
+    def _signs(self, index: int, window: Camera) -> Signs:
+        """(rows, width) of the errors in some rows of a frame; 0 where there is none."""
+        known = self.frames.get(index)
+        if known is not None and known.camera is window:
+            clean = known.geometry.depth
+        else:
+            pose, stamp = self.run.poses[index], float(self.run.stamps[index])
+            clean = self.caster.cast(window, pose, stamps=stamp, threads=1).depth
+        rows, mask = slice(None) if window is self.camera else window.rows, self.run.mask(index)
+        units = self.run.depth_raw(index)[rows]
+        ok = (units > 0) & (units < SATURATED) & (clean > 0)
+        ok = ok if mask is None else ok & mask[rows]
+        return np.where(ok, np.sign(units * np.float32(self.camera.depth_scale) - clean), 0).astype(np.int8)
 
     @property
     def counted_of_frame(self) -> int:
