@@ -77,6 +77,9 @@ class DepthData(Section):
     doubling_seen: float = _value(
         100.0, "times the median of the spectrum of equal neighbours: with a lower peak, no rows were doubled"
     )
+    doubled_equal: float = _value(
+        0.5, "of the pixels of doubled rows, as many of which must equal the ones above, at least, or none were doubled"
+    )
     overtone: float = _value(0.6, "of the strongest line: the lowest frequency with so much is that of the steps")
     farther_together: float = _value(
         0.1,

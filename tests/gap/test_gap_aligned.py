@@ -323,3 +323,14 @@ def test_the_left_imager_of_aligned_pictures_is_seen_in_their_rows(tmp_path: Pat
     blind = Evidence(as_usual, unsaid_left.scene, unsaid_left.materials, BASE, 1)
     left, whole = (Validator(one, one.held_out).score(one.base).above for one in (unsaid_left, blind))
     assert left < 0.3 * whole  # so small a picture shows the zoom to 0.3 %
+
+
+def test_few_equal_pixels_in_lines_are_no_doubled_rows() -> None:
+    """Such as those of ground that goes far away: one in a hundred is equal, more so in some rows."""
+    rng = np.random.default_rng(0)
+    noise, other = rng.integers(400, 500, (2, 8, 480, 640)).astype(np.uint16)
+    doubled = noise[:, (np.arange(480) / 1.6).astype(int)]
+    assert find_doubling(doubled, DepthConfig().data) == pytest.approx((1.6, 0), rel=0.01, abs=0.1)
+    some = np.where(rng.random(noise.shape) < 0.3, doubled, other)
+    assert line_of(some, (1.6, 0)) > 0.02
+    assert find_doubling(some, DepthConfig().data) is None

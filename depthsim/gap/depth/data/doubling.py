@@ -48,6 +48,8 @@ def find_doubling(pictures: Iterable[NDArray[np.uint16]], limit: DepthData) -> t
     # What is sampled once a row looks the same at a frequency and at 1 less it; of doubled rows fewer are equal.
     if least < 0.9 * (1 - abs(slow)):
         slow -= np.sign(slow)
+    if np.nanmean(same) < limit.doubled_equal * (1 - abs(slow)):
+        return None
     return 1 / abs(slow), float(np.degrees(np.arctan2(along * np.sign(slow), abs(slow))))
 
 
