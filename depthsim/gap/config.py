@@ -68,6 +68,7 @@ class DepthData(Section):
     far_less_noise: float = _value(
         0.35, "of the simulator's spread: errors of a recording that has less are measured in a spread of its own"
     )
+    far_more_noise: float = _value(5.0, "the same, of one that has more, as against a simulator without noise")
     hidden: float = _value(
         0.25, "of the pixels, off by more than their spread: behind such biases other causes are looked for once more"
     )

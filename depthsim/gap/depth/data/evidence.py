@@ -313,10 +313,16 @@ class Evidence(Recording):
         unit, tags = self.camera.depth_scale, len(self.scene.tags)
         cuts, spread = spread_of(simulated, unit, tags)
         # In a far larger unit all that the recording does would lie within the first bins.
-        recorded = ((self._trusted_units(i), self.frames[i].geometry) for i in some)
+        recorded = [(self._trusted_units(i), self.frames[i].geometry) for i in some]
         _, own = spread_of(recorded, unit, tags, cuts)
         if np.median(own / spread) < self.config.data.far_less_noise:
-            spread = np.minimum(spread, own)
+            return cuts, np.minimum(spread, own)
+        # In a far smaller one, as that of a simulator without noise, all of it would lie in the last.
+        _, noise = spread_of(recorded, unit, tags, cuts, without_bias=True)
+        shown = np.isfinite(noise)
+        times = float(np.median((noise / spread)[shown])) if shown.any() else 1.0
+        if times > self.config.data.far_more_noise:
+            spread = np.where(shown, np.maximum(spread, noise), times * spread).astype(np.float32)
         return cuts, spread
 
     def _place(self) -> None:

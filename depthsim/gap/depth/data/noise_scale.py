@@ -13,16 +13,18 @@ def spread_of(
     unit: float,
     tags: int,
     cuts: NDArray[np.float32] | None = None,
+    *,
+    without_bias: bool = False,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Cuts of the range [m], and the spread of the depth [m] by tag and range between them: (tags + 1, cuts + 1).
 
     frames: what is stored, in units of ``unit`` metres, and what is there. cuts: to be taken, by the frames if not
-    given; of what no pixel shows the spread is then infinite.
+    given; of what no pixel shows the spread is then infinite. without_bias: about the median error between them.
     """
     parts = []
     for units, met in frames:
         ok = (units > 0) & (units < 65535) & (met.depth > 0)
-        error = np.abs(units[ok] * np.float32(unit) - met.depth[ok])
+        error = units[ok] * np.float32(unit) - met.depth[ok]
         parts.append(np.stack([met.depth[ok], met.tag[ok].astype(np.float32), error]))
     depth, tag, error = np.concatenate(parts, axis=1)
     least = np.float32(0.3 * unit)
@@ -36,8 +38,13 @@ def spread_of(
     spread = np.empty((tags + 1, len(cuts) + 1), np.float32)
     for k in range(len(cuts) + 1):
         here = cell == k
-        common = np.median(error[here]) * 1.4826 if here.any() else nothing
+        common = _spread(error[here], without_bias) if here.any() else nothing
         for t in range(tags + 1):
             own = error[here & (tag == t)]
-            spread[t, k] = max(np.median(own) * 1.4826 if own.size >= 200 else common, least)
+            spread[t, k] = max(_spread(own, without_bias) if own.size >= 200 else common, least)
     return cuts, spread
+
+
+def _spread(errors: NDArray[np.float32], without_bias: bool) -> float:
+    """The standard deviation of a normal distribution whose absolute values have this median."""
+    return float(np.median(np.abs(errors - np.median(errors) if without_bias else errors)) * 1.4826)
