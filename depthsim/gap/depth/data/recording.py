@@ -80,7 +80,8 @@ class Recording:
         windows = [run.camera] * len(self.blocks)
         if not self._resizes:
             windows = select_rows(self.blocks, run.camera, self._dealt, limit)
-        self.windows = {int(i): window for window, block in zip(windows, self.blocks, strict=True) for i in block}
+        shown = ((int(i), window) for window, block in zip(windows, self.blocks, strict=True) for i in block)
+        self.windows = dict(sorted(shown, key=lambda one: one[0]))
         self.rows = windows[0].height
         self.stride = max(1, round(self.rows * run.camera.width / limit.pixels_of_frame))
         self.frames: dict[int, CleanFrame] = dict(zip(self.windows, self.each(self._cast, self.windows), strict=True))

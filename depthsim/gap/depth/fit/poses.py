@@ -109,7 +109,7 @@ def register_frames(given: Evidence) -> tuple[PoseErrors, Poses | None]:
     frame are times or the sensor's scale, or lasts.
     """
     held = next((effect for effect in given.base if isinstance(effect, PoseNoise)), None)
-    frames = [int(i) for block in given.blocks for i in block]
+    frames = sorted(int(i) for block in given.blocks for i in block)
     found = register(given.run, given.caster, frames, given.threads)
     errors = found.errors
     if errors.are_of_others or (errors.is_none and (held is None or held.is_neutral)):
