@@ -10,19 +10,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from depthsim.gap import Diagnosis, diagnose
+from depthsim.gap import Diagnosis
 from depthsim.gap.config import DepthData
 from depthsim.gap.depth.data.frames import pair_frames, select_frames
 from depthsim.gap.depth.data.lags import BEFORE, Lags, find_lags
 from depthsim.presets import preset
-from depthsim.runs import Run
-from depthsim.runs.generate import generate
-from depthsim.runs.png import encode_png
-from depthsim.scenefile import load_scene
-from depthsim.sensor import load_profile
-from depthsim.sensor.effect import effect_ids
 from depthsim.sensor.effects.noise import DisparityNoise
-from depthsim.trajectory import load_trajectory
+from tests.gap.test_gap_neighbours import diagnosed, recorded
 
 Array = NDArray[np.float64]
 SHAPE = (60, 106)
@@ -103,26 +97,22 @@ def test_the_usual_lags_need_no_remark() -> None:
     assert "3 columns to the left and 2 frames before" in Lags(left=3, frames=2).remark
 
 
-def recorded(folder: Path, errors: Array) -> Path:
+def noisy(folder: Path, errors: Array) -> Path:
     """The office with noise of the disparity, of which the simulator has as much that goes together with no other."""
-    scene, camera = load_scene("office"), preset("d435", 106, 60)
-    path = load_trajectory("tour", scene, camera.rate, len(errors))
-    generate(scene, path, camera, load_profile("clean"), folder, streams=("depth",), seed=3, threads=1)
-    run = Run.open(folder)
-    for index, file in enumerate(run.files):
-        depth = run.depth(index)
-        seen = depth > 0
-        disparity = camera.focal_baseline / np.where(seen, depth, 1) + SIGMA * errors[index]
-        units = np.rint(1000 * camera.focal_baseline / np.maximum(disparity, 0.1))
-        file.write_bytes(encode_png(np.where(seen, units, 0).astype(np.uint16)))
-    return folder
+    focal_baseline = preset("d435", SHAPE[1], SHAPE[0]).focal_baseline
+
+    def change(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
+        units, changed = 1000 * focal_baseline, []
+        for raw, own in zip(pictures, errors, strict=True):
+            disparity = units / np.maximum(raw, 1) + SIGMA * own
+            changed.append(np.where(raw > 0, np.rint(units / np.maximum(disparity, 0.1)), 0).astype(np.uint16))
+        return changed
+
+    return recorded(folder, change, "clean", frames=len(errors))
 
 
-def diagnosed(run: Path) -> Diagnosis:
-    without = [
-        name for name in effect_ids() if name not in ("temporal_correlation", "spatial_correlation", "lateral_noise")
-    ]
-    return diagnose(run, sensor=[DisparityNoise(sigma=SIGMA)], without=without, threads=1, tasks=False)
+def found_in(run: Path) -> Diagnosis:
+    return diagnosed(run, [DisparityNoise(sigma=SIGMA)], "temporal_correlation", "spatial_correlation", "lateral_noise")
 
 
 @pytest.mark.parametrize(
@@ -135,10 +125,10 @@ def diagnosed(run: Path) -> Diagnosis:
     ids=["read-out line", "buffers by turns", "patterns by turns"],
 )
 def test_an_echo_is_located_and_nothing_named(tmp_path: Path, make: Callable[[], Array], axis: str, said: str) -> None:
-    found = diagnosed(recorded(tmp_path / "run", make()))
+    found = found_in(noisy(tmp_path / "run", make()))
     assert (found.verdict, found.causes) == ("unexplained", ())
     assert found.where[0].axis == axis and found.where[0].what == "correlation" and said in found.where[0].text
 
 
 def test_noise_by_itself_is_no_gap(tmp_path: Path) -> None:
-    assert diagnosed(recorded(tmp_path / "run", noise())).verdict == "no_gap"
+    assert found_in(noisy(tmp_path / "run", noise())).verdict == "no_gap"

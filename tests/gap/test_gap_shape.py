@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from depthsim.gap import diagnose
 from depthsim.gap.depth.data.histograms import BINS, ERROR, MAGNITUDES
 from depthsim.gap.depth.where.differences import _one, _shape
-from depthsim.sensor.effect import effect_ids
 from depthsim.sensor.effects.noise import DisparityNoise
-from tests.gap.test_gap_lags import SIGMA, noise, recorded
+from tests.gap.test_gap_lags import SIGMA, noise, noisy
+from tests.gap.test_gap_neighbours import diagnosed
 
 RNG = np.random.default_rng(0)
 WHITE = RNG.standard_normal(400_000)
@@ -54,10 +53,7 @@ def test_the_side_is_said(sign: int, side: str) -> None:
 
 def test_noise_that_leans_is_located_in_its_tail(tmp_path: Path) -> None:
     leaning = (noise() ** 2 - 1) / np.sqrt(2)
-    found = diagnose(
-        recorded(tmp_path / "run", leaning), sensor=[DisparityNoise(sigma=SIGMA)],
-        without=[name for name in effect_ids() if name != "vignetting_noise"], threads=1, tasks=False,
-    )  # fmt: skip
+    found = diagnosed(noisy(tmp_path / "run", leaning), [DisparityNoise(sigma=SIGMA)], "vignetting_noise")
     assert (found.verdict, found.causes) == ("unexplained", ())
     first = found.where[0]
     assert (first.axis, first.what) == ("residual_tail", "tail") and "another shape" in first.text

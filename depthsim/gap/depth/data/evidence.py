@@ -272,7 +272,7 @@ class Evidence(Recording):
         geometry = self.frames[index].geometry
         found = covariates(geometry, pose, self.windows[index], self.scene, self.motion, stamp)
         if self._shows_objects and (shown := self.run.instance(index)) is not None:
-            found.instance = self._cut(shown, index)
+            found.instance = self._cut(shown, self.windows[index])
         return found
 
     @property
@@ -315,13 +315,16 @@ class Evidence(Recording):
         # In a far larger unit all that the recording does would lie within the first bins.
         recorded = [(self._trusted_units(i), self.frames[i].geometry) for i in some]
         _, own = spread_of(recorded, unit, tags, cuts)
-        if np.median(own / spread) < self.config.data.far_less_noise:
+        times, limit = np.median(own / spread), self.config.data
+        if times < limit.far_less_noise:
             return cuts, np.minimum(spread, own)
+        if times <= limit.far_more_noise:  # without their biases errors are no larger
+            return cuts, spread
         # In a far smaller one, as that of a simulator without noise, all of it would lie in the last.
         _, noise = spread_of(recorded, unit, tags, cuts, without_bias=True)
         shown = np.isfinite(noise)
         times = float(np.median((noise / spread)[shown])) if shown.any() else 1.0
-        if times > self.config.data.far_more_noise:
+        if times > limit.far_more_noise:
             spread = np.where(shown, np.maximum(spread, noise), times * spread).astype(np.float32)
         return cuts, spread
 

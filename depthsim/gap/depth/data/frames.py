@@ -88,11 +88,13 @@ def select_frames(count: int, width: int, limit: DepthData, lag: int = 1) -> lis
     if count <= wanted + length:
         return pair_frames(count, lag) if lag > 1 else [b for b in np.array_split(np.arange(count), number) if len(b)]
     starts = np.linspace(0, count - 1 - (length - 1) * lag, number).round().astype(np.int64)
-    found: dict[int, NDArray[np.int64]] = {}
+    blocks: list[NDArray[np.int64]] = []
+    taken: set[int] = set()
     for block in (np.arange(start, start + length * lag, lag) for start in np.unique(starts)):
-        if not found.keys() & {*map(int, block)}:
-            found |= dict.fromkeys(map(int, block), block)
-    return [found[first] for first in dict.fromkeys(int(block[0]) for block in found.values())]
+        if taken.isdisjoint(block.tolist()):  # far apart, they would reach into the next one
+            blocks.append(block)
+            taken.update(block.tolist())
+    return blocks
 
 
 def pair_frames(count: int, lag: int) -> list[NDArray[np.int64]]:

@@ -40,15 +40,15 @@ def find_lags(in_a_row: Iterable[Sequence[Signs]], are_whole: bool, limit: Depth
     such. Of each the signs of its errors (rows, width), 0 where there is none. are_whole: whether the rows are all
     there; then those above are looked at.
     """
-    left: list[list[float]] = []
-    up, frames = [*left], [*left]
+    found: tuple[list[list[float]], ...] = ([], [], [])
+    left, up, frames = found
     for last, *before in in_a_row:
         left.append([together(last[:, k:], last[:, :-k])[0] for k in range(1, _PIXELS + 1)])
         if are_whole:
             up.append([together(last[k:], last[:-k])[0] for k in range(1, _PIXELS + 1)])
         if before:
             frames.append([together(last, one)[0] for one in before])
-    return Lags(*(_farther(one, usual, limit) for one, usual in zip((left, up, frames), Lags(), strict=True)))
+    return Lags(*(_farther(one, usual, limit) for one, usual in zip(found, Lags(), strict=True)))
 
 
 def _farther(agreements: Sequence[Sequence[float]], usual: int, limit: DepthData) -> int:

@@ -111,10 +111,9 @@ class Recording:
         else:
             pose, stamp = self.run.poses[index], float(self.run.stamps[index])
             clean = self.caster.cast(window, pose, stamps=stamp, threads=1).depth
-        rows, mask = slice(None) if window is self.camera else window.rows, self.run.mask(index)
-        units = self.run.depth_raw(index)[rows]
+        units, mask = self._cut(self.run.depth_raw(index), window), self.run.mask(index)
         ok = (units > 0) & (units < SATURATED) & (clean > 0)
-        ok = ok if mask is None else ok & mask[rows]
+        ok = ok if mask is None else ok & self._cut(mask, window)
         return np.where(ok, np.sign(units * np.float32(self.camera.depth_scale) - clean), 0).astype(np.int8)
 
     @property
@@ -205,7 +204,7 @@ class Recording:
 
     def recorded(self, index: int) -> NDArray[np.uint16]:
         """(rows, width) the rows of a frame that are looked at, as the recording has them."""
-        return self._cut(self.run.depth_raw(index), index)
+        return self._cut(self.run.depth_raw(index), self.windows[index])
 
     def _trusted_units(self, index: int) -> NDArray[np.uint16]:
         """What is recorded where the scene may be trusted, and 0 elsewhere."""
@@ -215,10 +214,9 @@ class Recording:
     def trusted(self, index: int) -> NDArray[np.bool_] | None:
         """(rows, width) where the scene may be trusted in these rows; None for a run without masks."""
         mask = self.run.mask(index)
-        return None if mask is None else self._cut(mask, index)
+        return None if mask is None else self._cut(mask, self.windows[index])
 
-    def _cut(self, picture: NDArray[Any], index: int) -> NDArray[Any]:
-        window = self.windows[index]
+    def _cut(self, picture: NDArray[Any], window: Camera) -> NDArray[Any]:
         return picture if window is self.camera else picture[window.rows]
 
     def each(self, work: Callable[[S], T], items: Iterable[S]) -> list[T]:
