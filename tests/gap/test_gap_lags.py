@@ -5,27 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from changed import SIGMA, Array, diagnosed, noise, noisy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from depthsim.gap import Diagnosis
 from depthsim.gap.config import DepthData
 from depthsim.gap.depth.data.frames import pair_frames, select_frames
 from depthsim.gap.depth.data.lags import BEFORE, Lags, find_lags
-from depthsim.presets import preset
 from depthsim.sensor.effects.noise import DisparityNoise
-from tests.gap.test_gap_neighbours import diagnosed, recorded
-
-Array = NDArray[np.float64]
-SHAPE = (60, 106)
-SIGMA = 0.1
-"""[px]"""
-
-
-def noise(seed: int = 0, frames: int = 12) -> Array:
-    return np.random.default_rng(seed).standard_normal((frames, *SHAPE))
 
 
 def echo(lag: int, axis: int, white: Array) -> Array:
@@ -95,20 +84,6 @@ def test_blocks_share_no_frame(count: int, lag: int, width: int) -> None:
 def test_the_usual_lags_need_no_remark() -> None:
     assert Lags().remark == ""
     assert "3 columns to the left and 2 frames before" in Lags(left=3, frames=2).remark
-
-
-def noisy(folder: Path, errors: Array) -> Path:
-    """The office with noise of the disparity, of which the simulator has as much that goes together with no other."""
-    focal_baseline = preset("d435", SHAPE[1], SHAPE[0]).focal_baseline
-
-    def change(pictures: list[NDArray[np.uint16]]) -> list[NDArray[np.uint16]]:
-        units, changed = 1000 * focal_baseline, []
-        for raw, own in zip(pictures, errors, strict=True):
-            disparity = units / np.maximum(raw, 1) + SIGMA * own
-            changed.append(np.where(raw > 0, np.rint(units / np.maximum(disparity, 0.1)), 0).astype(np.uint16))
-        return changed
-
-    return recorded(folder, change, "clean", frames=len(errors))
 
 
 def found_in(run: Path) -> Diagnosis:

@@ -1,54 +1,26 @@
 """Errors that go together, from pixel to pixel and from frame to frame, and frames that are unlike by turns."""
 
-from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
+from changed import FRAMES, Change, diagnosed, recorded
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from depthsim.gap import Diagnosis, diagnose
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.evidence import Evidence
 from depthsim.gap.depth.fit import marks, neighbours
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.materials import load_materials
-from depthsim.presets import preset
 from depthsim.runs import Run
-from depthsim.runs.generate import generate
-from depthsim.runs.png import encode_png
 from depthsim.scenefile import load_scene
 from depthsim.sensor import load_profile
-from depthsim.sensor.effect import Effect, effect_class, effect_ids
-from depthsim.trajectory import Trajectory, load_trajectory
-
-Change = Callable[[list[NDArray[np.uint16]]], list[NDArray[np.uint16]]]
-FRAMES = 12
-
-
-def recorded(folder: Path, change: Change, sensor: str = "paper", still: bool = False, frames: int = FRAMES) -> Path:
-    """A run of the office whose pictures are changed after they are made."""
-    scene, camera = load_scene("office"), preset("d435", 106, 60)
-    path = load_trajectory("tour", scene, camera.rate, frames)
-    if still:
-        first = np.zeros(frames, np.intp)
-        path = Trajectory(path.stamps, path.positions[first], path.quaternions[first], path.name)
-    generate(scene, path, camera, load_profile(sensor), folder, streams=("depth",), seed=3, threads=1)
-    run = Run.open(folder)
-    pictures = change([run.depth_raw(index) for index in range(frames)])
-    for file, picture in zip(run.files, pictures, strict=True):
-        file.write_bytes(encode_png(picture))
-    return folder
-
-
-def diagnosed(run: Path, sensor: str | Sequence[Effect], *bank: str) -> Diagnosis:
-    without = [name for name in effect_ids() if name not in bank]
-    return diagnose(run, sensor=sensor, without=without, threads=1, tasks=False)
+from depthsim.sensor.effect import effect_class
 
 
 @given(st.floats(-0.3, 0.9), st.floats(0.3, 3.0), st.integers(0, 2**32 - 1))

@@ -4,13 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from changed import SIGMA, diagnosed, noise, noisy
 from numpy.typing import NDArray
 
 from depthsim.gap.depth.data.histograms import BINS, ERROR, MAGNITUDES
 from depthsim.gap.depth.where.differences import _one, _shape
 from depthsim.sensor.effects.noise import DisparityNoise
-from tests.gap.test_gap_lags import SIGMA, noise, noisy
-from tests.gap.test_gap_neighbours import diagnosed
 
 RNG = np.random.default_rng(0)
 WHITE = RNG.standard_normal(400_000)
