@@ -30,7 +30,7 @@ from depthsim.sensor.effects.calibration import BaselineScale
 from depthsim.sensor.effects.material_noise import MaterialNoise
 
 SCORE = cast("Score", SimpleNamespace(above=1.0))
-VALIDATOR = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig(), base=())))
+VALIDATOR = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig(), base=(), supposed=None)))
 
 BY_CHANCE = {"turn_by_chance": 0.1, "shift_by_chance": 0.1, "late_by_chance": 0.1}
 

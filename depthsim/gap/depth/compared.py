@@ -75,6 +75,18 @@ class Compared:
         reported, selecting = in_parts(evidence)
         return replace(self, recorded=reported, reported=reported, selecting=selecting, drawn=reported, poses=None)
 
+    def of_simulator(self, base: Sequence[Effect]) -> "Compared":
+        """Compared with another simulator, with errors measured as they are."""
+        every = {id(one): one for one in (self.recorded, self.reported, self.selecting, self.drawn)}
+        of = {id(one.evidence): one.evidence.as_of_simulator(base) for one in every.values()}
+        own = {key: Validator(of[id(one.evidence)], one.blocks) for key, one in every.items()}
+        recorded, reported, selecting, drawn = (
+            own[id(one)] for one in (self.recorded, self.reported, self.selecting, self.drawn)
+        )
+        return replace(
+            self, recorded=recorded, reported=reported, selecting=selecting, drawn=drawn, before=recorded.score(base)
+        )
+
     def centred(self, parts: tuple[Validator, Validator], found: Sequence[Effect]) -> "Compared":
         """Told from the depth that a sensor gives. parts: as :func:`in_parts` has them; found: the sensor."""
         reported, selecting = parts

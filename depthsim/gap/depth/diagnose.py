@@ -21,6 +21,7 @@ from depthsim.gap.depth.data.load import load_evidence, notes_of
 from depthsim.gap.depth.explain import explain
 from depthsim.gap.depth.findings import Findings
 from depthsim.gap.depth.fit import withdraw
+from depthsim.gap.depth.fit.basic_noise import as_cause, basic_noise
 from depthsim.gap.depth.fit.causes import causes_of, fixed_profile
 from depthsim.gap.depth.fit.marks import is_carried, seams_beside, waves_beside
 from depthsim.gap.depth.fit.poses import no_poses
@@ -166,9 +167,9 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
     if given.has_ray_lengths:  # whatever came near to that would be no cause
         without = effect_ids()
 
-    if PoseNoise.id not in without:
-        compared = compared.registered(without, say)
-    compared, selection, poses_are_cause = _explained(compared, where, without, say)
+    found = _beside_a_law(given, without, say)
+    found = found or _explained(_registered(compared, without, say), where, without, say)
+    compared, selection, poses_are_cause = found
     before, evidence = compared.before, compared.evidence
 
     named = bool(selection.model.parts) or poses_are_cause
@@ -197,6 +198,30 @@ def _found(given: Evidence, profile: Profile, without: Sequence[str], say: Say) 
         diagnosis, compared.drawn.evidence, compared.drawn, profile, fixed_profile(profile, fixed), before, after,
         selection, places, places_after,
     )  # fmt: skip
+
+
+def _beside_a_law(given: Evidence, without: Sequence[str], say: Say) -> tuple[Compared, Selection, bool] | None:
+    """As :func:`_explained`, beside a law of the noise, for a simulator that has none; None where it has some, or the
+    recording's noise is no such law, nor that of other causes: then nothing is known of what was found beside it."""
+    law = basic_noise(given, without)
+    if law is None:
+        return None
+    say("taking a law of the noise, as the simulator has none")
+    noisy = given.beside(law.build(given.base)[-1])
+    compared = Compared.of(noisy)
+    where = cuts_of(noisy, noisy.base, locate(noisy, compared.reported.ruler, noisy.base))
+    found, selection, poses_are_cause = _explained(_registered(compared, without, say), where, without, say)
+    compared = found.of_simulator(given.base)
+    kept = as_cause(compared, selection, law, without, say)
+    if kept is None:
+        say("looking for causes once more, without a law of the noise")
+        return None
+    return compared, kept, poses_are_cause
+
+
+def _registered(compared: Compared, without: Sequence[str], say: Say) -> Compared:
+    """Registered with the scene, if errors of the poses may be a cause."""
+    return compared if PoseNoise.id in without else compared.registered(without, say)
 
 
 def _explained(

@@ -54,6 +54,8 @@ def _behind_biases(
 ) -> tuple[Compared, Selection]:
     """What else is there where errors are told from the depth that the biases that were found give."""
     evidence = compared.evidence
+    if any(part.effect == evidence.supposed for part in selection.model.parts):
+        return compared, selection  # what noise there is, is not known well enough to tell what is small behind biases
     found = selection.model.build(evidence.base)
     centred = evidence.centred(found)
     if centred is not None and (finer := with_fine_pattern(compared.selecting, selection, say)) is not selection:

@@ -1,7 +1,7 @@
 """What a recording shows along every axis, and what a simulated sensor shows there."""
 
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
@@ -19,13 +19,13 @@ from depthsim.gap.depth.data.covariates import Covariates, covariates
 from depthsim.gap.depth.data.cuts import Cuts, make_cuts
 from depthsim.gap.depth.data.frames import CleanFrame
 from depthsim.gap.depth.data.histograms import BINS, ERROR
-from depthsim.gap.depth.data.noise_scale import spread_of
+from depthsim.gap.depth.data.noise_scale import Nearby, nearby, spread_of
 from depthsim.gap.depth.data.quantization import find_steps
 from depthsim.gap.depth.data.recording import Recording
 from depthsim.gap.depth.data.regions import region_name, split_scene
 from depthsim.gap.depth.data.simulate import FITTING, SPREAD, Replay
 from depthsim.materials import Materials
-from depthsim.raycast import Caster
+from depthsim.raycast import Caster, Geometry
 from depthsim.runs import Run
 from depthsim.scene import Scene
 from depthsim.sensor.effect import Effect
@@ -47,8 +47,10 @@ class Evidence(Recording):
     """A recording cut into axes, with its counts along them and those of any simulated sensor on the same frames.
 
     like: the evidence of another run in the same scene, whose cuts and spread are taken, so that the counts of the two
-    can be compared.
+    can be compared. supposed: the law of the noise that the simulator has only so that causes can be looked for.
     """
+
+    supposed: str | None = None
 
     def __init__(
         self,
@@ -63,6 +65,8 @@ class Evidence(Recording):
         caster = like.caster if like is not None and like.scene is scene else Caster(scene)
         super().__init__(run, scene, caster, base, threads, config, None if like is None else like.lags)
         self.materials = materials
+        if like is not None:
+            self.supposed = like.supposed
         self._replay = Replay(self.caster, materials, self.motion)
         self.cuts, self.depths = self._cuts(like)
         self.axes = make_axes(self.cuts, self.lags)
@@ -131,6 +135,30 @@ class Evidence(Recording):
         other.frames, other._totals = frames, {}
         other._count_real()
         return other
+
+    def beside(self, law: Effect) -> "Evidence":
+        """The same frames, compared with a simulator that has a law of the noise, too, by whose spread errors are
+        measured."""
+        other = copy(self)
+        other.supposed, base = law.id, (*self.base, law)
+        other.base, other._totals, other.cuts = base, {}, copy(self.cuts)
+        other.frames = {index: replace(frame) for index, frame in self.frames.items()}
+        other.cuts.spread_cuts, other.cuts.spread = other._own_spread()
+        other._place()
+        other._count_real()
+        return other
+
+    def as_of_simulator(self, base: Sequence[Effect]) -> "Evidence":
+        """The same, with errors measured as they are, said to be compared with another simulator."""
+        other = copy(self)
+        other.base, other.supposed = tuple(base), None
+        return other
+
+    def nearby(self) -> tuple[Nearby, Nearby]:
+        """How errors of a few frames differ nearby: the recording's, and the simulator's; see :func:`nearby`."""
+        some, unit = self._some_frames(8), self.camera.depth_scale
+        recorded = ((self._trusted_units(i), self.frames[i].geometry) for i in some)
+        return nearby(recorded, unit), nearby(self._simulated(some), unit)
 
     def real_counts(self, blocks: Sequence[int]) -> Counts:
         """(blocks, size): what the recording shows."""
@@ -304,14 +332,15 @@ class Evidence(Recording):
         cuts.own_steps = find_steps(self.camera, seen, self.config.data)
         return cuts, depths
 
-    def _own_spread(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """The simulator's own spread of a pixel, by tag and range; see :func:`spread_of`."""
+    def _simulated(self, frames: Iterable[int]) -> Iterator[tuple[NDArray[np.uint16], Geometry]]:
         # An error of the pose moves the whole frame.
         ordered = acting([effect for effect in self.base if not isinstance(effect, PoseNoise)])
-        some = self._some_frames(8)
-        simulated = ((self._measure(ordered, i, SPREAD), self.frames[i].geometry) for i in some)
-        unit, tags = self.camera.depth_scale, len(self.scene.tags)
-        cuts, spread = spread_of(simulated, unit, tags)
+        return ((self._measure(ordered, i, SPREAD), self.frames[i].geometry) for i in frames)
+
+    def _own_spread(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """The simulator's own spread of a pixel, by tag and range; see :func:`spread_of`."""
+        some, unit, tags = self._some_frames(8), self.camera.depth_scale, len(self.scene.tags)
+        cuts, spread = spread_of(self._simulated(some), unit, tags)
         # In a far larger unit all that the recording does would lie within the first bins.
         recorded = [(self._trusted_units(i), self.frames[i].geometry) for i in some]
         _, own = spread_of(recorded, unit, tags, cuts)

@@ -1,11 +1,41 @@
-"""The spread of a simulator's own error: the unit in which errors are measured."""
+"""The spread of a simulator's own error: the unit in which errors are measured; and how errors differ nearby."""
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthsim.raycast import Geometry
+
+_APART = 4
+"""[px] Between errors of one row that are compared: biases hardly change over as much, and most noise is another."""
+
+
+class Nearby(NamedTuple):
+    """Errors of pairs of pixels of one row and one material, some pixels apart.
+
+    depth: [m] of one of them, float32; tag: what both show; differ: [m] float32 their difference over the root of two,
+    which spreads as the errors do.
+    """
+
+    depth: NDArray[np.float32]
+    tag: NDArray[np.uint8]
+    differ: NDArray[np.float32]
+
+
+def nearby(frames: Iterable[tuple[NDArray[np.uint16], Geometry]], unit: float) -> Nearby:
+    """How errors differ from such a few pixels away, free of what changes slowly in a picture. frames, unit: as of
+    :func:`spread_of`."""
+    found = []
+    for units, met in frames:
+        ok = (units > 0) & (units < 65535) & (met.depth > 0)
+        error = units * np.float32(unit) - met.depth
+        one, other = (slice(None), slice(_APART, None)), (slice(None), slice(-_APART))
+        both = ok[one] & ok[other] & (met.tag[one] == met.tag[other])
+        differ = (error[one] - error[other]) / np.float32(np.sqrt(2))
+        found.append((met.depth[one][both], met.tag[one][both], differ[both]))
+    return Nearby(*map(np.concatenate, zip(*found, strict=True)))
 
 
 def spread_of(

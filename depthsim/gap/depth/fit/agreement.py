@@ -145,7 +145,11 @@ def disagreement(
     None if it does. alone: whether all other causes are in ``before``, so that what is there is for ``effect`` alone to
     explain, along every axis on which it stands out, and not along the first one only. flexible: whether it has so many
     parameters that it comes near to much.
+
+    A law of the noise that is only supposed may be more or less wherever it is: that is no cause yet.
     """
+    if effect.id == validator.evidence.supposed:
+        return None
     if marks.only_its_own(validator, effect, before, after):
         return None
     if why := (

@@ -131,9 +131,14 @@ class Search(Screening):
         return self._part(model, len(model.parts) - 1)
 
     def _part(self, model: Model, number: int) -> tuple[type[Effect], Sequence[Effect], Sequence[Effect]]:
-        """An effect of a model, and the sensor without it and with it."""
-        before, after = model.less(number).build(self.base), model.build(self.base)
-        return effect_class(model.parts[number].effect), before, after
+        """An effect of a model, and the sensor without it and with it.
+
+        Without a noise there is as much of a law that is only supposed as at first: next to nothing is a noise seen.
+        """
+        effect, less, supposed = effect_class(model.parts[number].effect), model.less(number), self.evidence.supposed
+        for k in reversed(range(len(less.parts) if effect.kinds[0] == "spread" else 0)):
+            less = less.less(k) if less.parts[k].effect == supposed else less
+        return effect, less.build(self.base), model.build(self.base)
 
     def step(
         self,

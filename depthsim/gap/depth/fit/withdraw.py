@@ -155,10 +155,11 @@ def cancelling(selecting: Validator, selection: Selection) -> Selection:
 
     Neither alone, as it is fitted beside the other, comes nearer to the recording than none. So are a camera and its
     mount that were calibrated together, which leave next to nothing; others come near to the shape of a third. So is
-    noise by motion in the place of all other noise.
+    noise by motion in the place of all other noise. But of a law that is only supposed there may be less.
     """
-    model, base = selection.model, selecting.evidence.base
-    formulas = [(k, one.kinds[0]) for k, one in enumerate(model.effects) if not learned_of(one)]
+    model, base, supposed = selection.model, selecting.evidence.base, selecting.evidence.supposed
+    own = [(k, one) for k, one in enumerate(model.effects) if one.id != supposed]
+    formulas = [(k, one.kinds[0]) for k, one in own if not learned_of(one)]
     alike = [(k, i, kind) for (k, kind), (i, other) in combinations(formulas, 2) if kind == other]
     for one, other, kind in alike:
         if kind not in ("bias", "spread"):
