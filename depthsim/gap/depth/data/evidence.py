@@ -140,13 +140,14 @@ class Evidence(Recording):
         """The same frames, compared with a simulator that has a law of the noise, too, by whose spread errors are
         measured."""
         other = copy(self)
-        other.supposed, base = law.id, (*self.base, law)
-        other.base, other._totals, other.cuts = base, {}, copy(self.cuts)
-        other.frames = {index: replace(frame) for index, frame in self.frames.items()}
+        other.base, other.supposed, other.cuts = (*self.base, law), law.id, copy(self.cuts)
         other.cuts.spread_cuts, other.cuts.spread = other._own_spread()
-        other._place()
-        other._count_real()
-        return other
+
+        def measured(frame: CleanFrame) -> CleanFrame:
+            per_spread = other.cuts.per_spread(frame.geometry.depth, frame.geometry.tag).reshape(-1)
+            return replace(frame, per_spread=per_spread)
+
+        return other._from({index: measured(frame) for index, frame in self.frames.items()})
 
     def as_of_simulator(self, base: Sequence[Effect]) -> "Evidence":
         """The same, with errors measured as they are, said to be compared with another simulator."""

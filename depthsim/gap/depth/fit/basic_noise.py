@@ -28,8 +28,8 @@ from depthsim.sensor.effects.noise import DisparityNoise
 Floats = NDArray[np.float64]
 _FLOOR = MaterialNoise().floor
 _Values = Mapping[str | tuple[str, str], float]
-
-
+_ROUNDED = 0.3
+"""Of a unit of depth: as much noise is in depths that are rounded to it."""
 _GONE = 0.25
 """Of a law that was supposed: with less of it, the noise that showed was that of other causes."""
 _CUTS, _ENOUGH = 12, 200
@@ -48,9 +48,10 @@ def basic_noise(given: Evidence, without: Sequence[str]) -> Model | None:
         return None
     cuts = np.quantile(recorded.depth, np.arange(1, _CUTS) / _CUTS).astype(np.float64)
     cells = _Cells.of(recorded, cuts, len(given.scene.tags))
-    least = _Cells.of(simulated, cuts, len(given.scene.tags))
-    seen = (cells.noise > 0) & (least.noise > 0)
-    if not seen.any() or np.median(cells.noise[seen] / least.noise[seen]) <= given.config.data.far_more_noise:
+    simulator = _Cells.of(simulated, cuts, len(given.scene.tags))
+    seen = cells.noise > 0
+    least = np.maximum(simulator.noise, _ROUNDED * given.camera.depth_scale)[seen]
+    if not seen.any() or np.median(cells.noise[seen] / least) <= given.config.data.far_more_noise:
         return None
     laws = [one for one in (_in_disparity(given, cells), _by_material(given, cells)) if one.effect.id not in without]
     if not laws:
@@ -142,9 +143,9 @@ def as_cause(
         return replace(selection, model=model)
     less, several = model.less(number), sum(effect.kinds[0] == "spread" for effect in model.effects) > 1
     with_it, without_it = (one.build(base) for one in (model, less))
-    closed = validator.quick(without_it) - validator.quick(with_it)
+    closed, faint = validator.quick(without_it) - validator.quick(with_it), search.config.significance.faint
     is_little = several and _size(search.evidence, with_it) < _GONE * _size(search.evidence, law.build(base))
-    if closed >= search.config.significance.faint * validator.score(with_it).floor and not is_little:
+    if closed >= faint * validator.score(with_it).floor and not is_little:
         why = search.disagreement(model, number, alone=True)
         if why is not None:
             say(f"{model.parts[number].effect} is no cause: it {why}")
