@@ -28,7 +28,7 @@ from depthsim.sensor.effects.subpixel import DisparityQuantization
 M = {"cement": 0.45, "formboard": 0.6, "plastic": 0.95}
 RECORDED: dict[str, list[Effect]] = {
     "of the disparity": [DisparityNoise(sigma=0.08)],
-    "by materials, and a lens": [MaterialNoise(m=M), LensDistortion(k1=0.03)],
+    "by materials, and a lens": [MaterialNoise(m=M), LensDistortion(k1=0.01)],
     "biases and holes": [LensDistortion(k1=0.01), FillRate(rate=0.05)],
     "by materials, and a band": [MaterialNoise(m=M), InvalidBand(margin=3)],
     "in steps": [DisparityNoise(sigma=0.024), DisparityQuantization(step=1 / 14), FillRate(rate=0.04)],
@@ -43,8 +43,8 @@ def recording(name: str) -> Path:
     """A run of the office by a sensor with those effects."""
     kept = TemporaryDirectory(prefix="depthsim_law_")
     _KEPT.append(kept)
-    camera, folder = preset("d435", 212, 120).model_copy(update={"rate": 10.0}), Path(kept.name) / "run"
-    generate("office", None, camera, RECORDED[name], folder, frames=24, streams=("depth",), seed=11)
+    camera, folder = preset("d435", 160, 90).model_copy(update={"rate": 7.0}), Path(kept.name) / "run"
+    generate("office", None, camera, RECORDED[name], folder, frames=16, streams=("depth",), seed=11)
     return folder
 
 
