@@ -192,6 +192,11 @@ class DepthSelect(Section):
     harms: float = _value(
         0.3, "of what causes close on average, by which they may leave more in a block of frames, however unsure it is"
     )
+    supposed: float = _value(
+        0.25,
+        "of the law of the noise that causes are looked for beside, where the simulator has none: with less of it, "
+        "another noise made what showed",
+    )
 
 
 class DepthAgreement(Section):

@@ -30,8 +30,6 @@ _FLOOR = MaterialNoise().floor
 _Values = Mapping[str | tuple[str, str], float]
 _ROUNDED = 0.3
 """Of a unit of depth: as much noise is in depths that are rounded to it."""
-_GONE = 0.25
-"""Of a law that was supposed: with less of it, the noise that showed was that of other causes."""
 _CUTS, _ENOUGH = 12, 200
 """Of the range, and the pixels of a cell, with fewer of which nothing is said."""
 
@@ -144,7 +142,8 @@ def as_cause(
     less, several = model.less(number), sum(effect.kinds[0] == "spread" for effect in model.effects) > 1
     with_it, without_it = (one.build(base) for one in (model, less))
     closed, faint = validator.quick(without_it) - validator.quick(with_it), search.config.significance.faint
-    is_little = several and _size(search.evidence, with_it) < _GONE * _size(search.evidence, law.build(base))
+    least = search.config.select.supposed * _size(search.evidence, law.build(base))
+    is_little = several and _size(search.evidence, with_it) < least
     if closed >= faint * validator.score(with_it).floor and not is_little:
         why = search.disagreement(model, number, alone=True)
         if why is not None:
