@@ -77,12 +77,9 @@ class Compared:
 
     def of_simulator(self, base: Sequence[Effect]) -> "Compared":
         """Compared with another simulator, with errors measured as they are."""
-        every = {id(one): one for one in (self.recorded, self.reported, self.selecting, self.drawn)}
-        of = {id(one.evidence): one.evidence.as_of_simulator(base) for one in every.values()}
-        own = {key: Validator(of[id(one.evidence)], one.blocks) for key, one in every.items()}
-        recorded, reported, selecting, drawn = (
-            own[id(one)] for one in (self.recorded, self.reported, self.selecting, self.drawn)
-        )
+        every = (self.recorded, self.reported, self.selecting, self.drawn)  # of which some are the same
+        own = {one: Validator(one.evidence.as_of_simulator(base), one.blocks) for one in dict.fromkeys(every)}
+        recorded, reported, selecting, drawn = (own[one] for one in every)
         return replace(
             self, recorded=recorded, reported=reported, selecting=selecting, drawn=drawn, before=recorded.score(base)
         )

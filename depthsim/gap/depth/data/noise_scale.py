@@ -10,6 +10,10 @@ from depthsim.raycast import Geometry
 
 _APART = 4
 """[px] Between errors of one row that are compared: biases hardly change over as much, and most noise is another."""
+ENOUGH = 200
+"""Pixels, with fewer of which nothing is said of a material."""
+ROUNDED = 0.3
+"""Of a unit of depth: as much spread is in depths that are rounded to it."""
 
 
 class Nearby(NamedTuple):
@@ -57,7 +61,7 @@ def spread_of(
         error = units[ok] * np.float32(unit) - met.depth[ok]
         parts.append(np.stack([met.depth[ok], met.tag[ok].astype(np.float32), error]))
     depth, tag, error = np.concatenate(parts, axis=1)
-    least = np.float32(0.3 * unit)
+    least = np.float32(ROUNDED * unit)
     nothing = least if cuts is None else np.float32(np.inf)
     if not depth.size:
         cuts = np.empty(0, np.float32) if cuts is None else cuts
@@ -65,16 +69,16 @@ def spread_of(
     if cuts is None:
         cuts = np.unique(np.quantile(depth, np.arange(1, 20) / 20).astype(np.float32))
     cell = np.searchsorted(cuts, depth)
-    spread = np.empty((tags + 1, len(cuts) + 1), np.float32)
+    found = np.empty((tags + 1, len(cuts) + 1), np.float32)
     for k in range(len(cuts) + 1):
         here = cell == k
-        common = _spread(error[here], without_bias) if here.any() else nothing
+        common = spread(error[here], without_bias=without_bias) if here.any() else nothing
         for t in range(tags + 1):
             own = error[here & (tag == t)]
-            spread[t, k] = max(_spread(own, without_bias) if own.size >= 200 else common, least)
-    return cuts, spread
+            found[t, k] = max(spread(own, without_bias=without_bias) if own.size >= ENOUGH else common, least)
+    return cuts, found
 
 
-def _spread(errors: NDArray[np.float32], without_bias: bool) -> float:
+def spread(errors: NDArray[np.float32], *, without_bias: bool = False) -> float:
     """The standard deviation of a normal distribution whose absolute values have this median."""
     return float(np.median(np.abs(errors - np.median(errors) if without_bias else errors)) * 1.4826)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap.depth.compared import Compared
 from depthsim.gap.depth.data.evidence import Evidence
-from depthsim.gap.depth.data.noise_scale import Nearby
+from depthsim.gap.depth.data.noise_scale import ENOUGH, ROUNDED, Nearby, spread
 from depthsim.gap.depth.fit.candidate import Candidate
 from depthsim.gap.depth.fit.candidates import candidates, setting_of
 from depthsim.gap.depth.fit.fitting import Say
@@ -28,10 +28,8 @@ from depthsim.sensor.effects.noise import DisparityNoise
 Floats = NDArray[np.float64]
 _FLOOR = MaterialNoise().floor
 _Values = Mapping[str | tuple[str, str], float]
-_ROUNDED = 0.3
-"""Of a unit of depth: as much noise is in depths that are rounded to it."""
-_CUTS, _ENOUGH = 12, 200
-"""Of the range, and the pixels of a cell, with fewer of which nothing is said."""
+_CUTS = 12
+"""Cells of the range."""
 
 
 def basic_noise(given: Evidence, without: Sequence[str]) -> Model | None:
@@ -48,7 +46,7 @@ def basic_noise(given: Evidence, without: Sequence[str]) -> Model | None:
     cells = _Cells.of(recorded, cuts, len(given.scene.tags))
     simulator = _Cells.of(simulated, cuts, len(given.scene.tags))
     seen = cells.noise > 0
-    least = np.maximum(simulator.noise, _ROUNDED * given.camera.depth_scale)[seen]
+    least = np.maximum(simulator.noise, ROUNDED * given.camera.depth_scale)[seen]
     if not seen.any() or np.median(cells.noise[seen] / least) <= given.config.data.far_more_noise:
         return None
     laws = [one for one in (_in_disparity(given, cells), _by_material(given, cells)) if one.effect.id not in without]
@@ -74,8 +72,8 @@ class _Cells:
         place = np.searchsorted(cuts, pairs.depth)
         for t, k in np.ndindex(noise.shape):
             here = (pairs.tag == t) & (place == k)
-            if (pixels := int(here.sum())) >= _ENOUGH:
-                noise[t, k], depth[t, k], weight[t, k] = _spread(pairs.differ[here]), pairs.depth[here].mean(), pixels
+            if (pixels := int(here.sum())) >= ENOUGH:
+                noise[t, k], depth[t, k], weight[t, k] = spread(pairs.differ[here]), pairs.depth[here].mean(), pixels
         return cls(noise, depth, weight * (noise > 0) / max(float(weight[noise > 0].sum()), 1.0))
 
 
@@ -107,11 +105,6 @@ def _by_material(given: Evidence, cells: _Cells) -> _Law:
             values["m", tag] = m = max(float(w @ (z * logs) / (w @ np.square(z))), 0.0)
             off += float(w @ np.square(logs - m * z))
     return _Law(MaterialNoise, values, off)
-
-
-def _spread(differ: NDArray[np.floating]) -> float:
-    """The standard deviation of a normal distribution whose absolute values have this median."""
-    return 1.4826 * float(np.median(np.abs(differ)))
 
 
 def _candidate(bank: Sequence[Candidate], law: _Law) -> Model | None:

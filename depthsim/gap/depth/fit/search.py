@@ -135,9 +135,10 @@ class Search(Screening):
 
         Without a noise there is as much of a law that is only supposed as at first: next to nothing is a noise seen.
         """
-        effect, less, supposed = effect_class(model.parts[number].effect), model.less(number), self.evidence.supposed
-        for k in reversed(range(len(less.parts) if effect.kinds[0] == "spread" else 0)):
-            less = less.less(k) if less.parts[k].effect == supposed else less
+        effect, less = effect_class(model.parts[number].effect), model.less(number)
+        named = [part.effect for part in less.parts]
+        if effect.kinds[0] == "spread" and self.evidence.supposed in named:
+            less = less.less(named.index(self.evidence.supposed))
         return effect, less.build(self.base), model.build(self.base)
 
     def step(
