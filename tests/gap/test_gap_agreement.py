@@ -22,7 +22,7 @@ from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import KINDS, Changes, _scaled, less_others
 from depthsim.gap.depth.fit.screening import worth_a_look
 from depthsim.gap.depth.fit.validate import Validator
-from depthsim.gap.depth.where.differences import holes_together, moments, tails
+from depthsim.gap.depth.where.differences import errors_together, holes_together, moments, tails, together_more
 from depthsim.presets import preset
 from depthsim.runs.generate import generate
 from depthsim.scenefile import load_scene
@@ -707,6 +707,22 @@ def test_holes_that_go_together_are_told_from_more_of_them(share: float, togethe
     assert bits[1] >= bits[0] - 1e-6
     assert bits[2] >= bits[1] - 1e-6
     assert max(together) < 0.5 or bits[2] > 0.05 * share
+
+
+@given(st.floats(0.2, 0.7), st.floats(0.005, 0.05), st.booleans())
+def test_outliers_one_by_one_do_not_go_together_more_than_the_noise_about_them(
+    correlation: float, share: float, in_patches: bool
+) -> None:
+    """Among noise of which neighbours go together; those of patches of outliers are far off on the same side."""
+    alone = np.full((5, 5), 1 / 25)
+    noise = (1 - correlation) * alone + correlation * np.eye(5) / 5
+    far = np.diag([0.5, 0, 0, 0, 0.5]) if in_patches else np.outer([0.5, 0, 0, 0, 0.5], np.full(5, 0.2))
+    with_outliers = (1 - 2 * share) * noise + share * (far + far.T)
+    a, b = (np.append(1e7 * pairs, np.zeros(3))[None] for pairs in (with_outliers, noise))
+    both = together_more(a, b)[0], together_more(b, a)[0]
+    assert both[not in_patches] == max(both) == errors_together(a, b)[0]
+    assert both[in_patches] == 0
+    assert max(both) > 0 or correlation > 0.4 or not in_patches
 
 
 def test_of_a_shadow_a_few_pixels_say_little() -> None:

@@ -14,7 +14,7 @@ from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.fit.neighbours import counted
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.gap.depth.where.differences import moments, tails
-from depthsim.gap.depth.where.localize import PAIRS, axis_cost, beyond_each, more_holes_together, over_pixels
+from depthsim.gap.depth.where.localize import PAIRS, axis_cost, more_holes_together, more_together, over_pixels
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -39,7 +39,8 @@ class Changes:
     mean: (5, axes) in the mean over an axis' pixels; varies: (5, axes) in what changes from cell to cell; of each of
     KINDS, the last being the whole distribution. Zero for axes that count no errors. chance: (5, axes) the same as
     varies of two runs of one sensor. pairs: (axes,) how neighbours and successive frames differ, zero for the others;
-    together: the same beyond what each error alone has; lost_together: how much more holes go together.
+    together: the same beyond what each error alone has, where the first go together more; lost_together: how much more
+    holes go together.
     """
 
     mean: Floats
@@ -243,7 +244,7 @@ def _changes(validator: Validator, one: Counts, others: Sequence[Counts]) -> Cha
 
     together, lost = (
         max([0.0, *(more(how, n, real) - more(how, n, null) for n in pairs)])
-        for how in (beyond_each, more_holes_together)
+        for how in (more_together, more_holes_together)
     )
     counted = (kinds > histograms.ERROR) & (kinds < histograms.PHASE)
     apart = validator.ruler.by_axis(real, runs) - validator.ruler.by_axis(null, runs)

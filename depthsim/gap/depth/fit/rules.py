@@ -105,13 +105,16 @@ def is_for_another_axis(asked: Asked, k: int) -> str | None:
 
     With many parameters it comes near to nearly all of that, such as light from a side for noise that grows over the
     picture, where the camera hardly turns, or light from above for noise that grows towards the floor. With few, such
-    as noise of a material that lies where the picture is noisy, it leaves much.
+    as noise of a material that lies where the picture is noisy, it leaves much. What is much the same all over is not
+    for that axis, such as the noise of a simulator without any, of which frames have a few per cent more or less.
     """
     limit, gap, named_by = asked.limit, asked.gap, asked.effect.axes[:1] if asked.flexible else asked.effect.axes
     sure, worth = worth_of(asked.validator, gap, k)
     first = int(np.argmax(worth))
     own = np.array([bool(axis.names & set(named_by)) for axis in asked.validator.evidence.axes]) & asked.own
     if own[first] or not own.any() or asked.others(first, k) or not sure[first]:
+        return None
+    if gap.varies[k, first] <= limit.uniform * gap.whole[k]:
         return None
     share = asked.surely_left(k, first)
     enough, most = (limit.as_much, limit.near_floor) if asked.flexible else (limit.beside, limit.left_of_noise)

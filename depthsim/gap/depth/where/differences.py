@@ -90,10 +90,23 @@ def errors_together(a: NDArray[np.floating], b: NDArray[np.floating]) -> NDArray
     return np.maximum(joint - one - other, 0)
 
 
+def together_more(a: NDArray[np.floating], b: NDArray[np.floating]) -> NDArray[np.float64]:
+    """As :func:`errors_together`, where errors go together more in ``a`` than in ``b``; 0 elsewhere.
+
+    Outliers one by one among noise that goes together make it go together less.
+    """
+    more, less = (_dependence(counts[:, :25].reshape(-1, 5, 5)) for counts in (a, b))
+    return np.where(more > less, errors_together(a, b), 0)
+
+
 def holes_together(counts: NDArray[np.floating]) -> NDArray[np.float64]:
     """(cells,) how far from independent the holes of pairs are (cells, bins) [bits]: lost lines, blocks, specks."""
-    both = np.column_stack([counts[:, :25].sum(axis=1), counts[:, 25:28]]).reshape(-1, 2, 2).astype(np.float64)
-    both /= np.maximum(both.sum(axis=(1, 2), keepdims=True), 1)
+    return _dependence(np.column_stack([counts[:, :25].sum(axis=1), counts[:, 25:28]]).reshape(-1, 2, 2))
+
+
+def _dependence(pairs: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(cells,) how far from independent the two of pairs are (cells, one, other) [bits]."""
+    both = pairs / np.maximum(pairs.sum(axis=(1, 2), keepdims=True), 1)
     apart = both.sum(axis=2, keepdims=True) * both.sum(axis=1, keepdims=True)
     return _apart(*(x.reshape(len(both), -1) for x in (both, apart)))
 
