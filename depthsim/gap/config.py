@@ -270,7 +270,7 @@ class DepthAgreement(Section):
     brought_together: float = _value(
         0.03, "of a correlation of neighbours: one that is farther from the recording's by more is another's"
     )
-    brought_nearer: float = _value(0.02, "the same that a filter must bring it nearer at least")
+    brought_nearer: float = _value(0.02, "of 1 less that: so much a filter must bring it nearer at least")
     idle: float = _value(
         0.02,
         "of what an effect does: more of its own along the axis that it is known by, or of spread along any of its, "

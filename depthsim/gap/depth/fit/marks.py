@@ -103,7 +103,8 @@ def brings_together(validator: Validator, effect: type[Effect], before: Effects,
     along = known.replace("_", " ")
     if brought > limit.brought_together:
         return f"makes errors go together along {along}, where the recording's do not"
-    if "spread" in effect.kinds and brought > -limit.brought_nearer:
+    nearer = limit.brought_nearer * min(neighbours.apart(validator, known), 1.0)
+    if "spread" in effect.kinds and brought > -nearer:
         return f"takes spread away, and makes errors go together along {along} no better than they did"
     return None
 
