@@ -234,7 +234,9 @@ class DepthAgreement(Section):
     )
     left_of_noise: float = _value(0.35, "the same for a noise that has few: other formulas left an eighth at most")
     left_by_exact: float = _value(
-        0.05, "of how biases change along their first axis, that an effect may leave which is geometry"
+        0.05,
+        "of how biases change along their first axis, that an effect may leave which is geometry; and of how holes do, "
+        "that one may leave whose holes come in patches",
     )
     as_much: float = _value(
         0.85, "of what an axis of no cause explains, that one of its own must, for an effect with many parameters"

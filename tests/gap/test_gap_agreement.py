@@ -493,6 +493,34 @@ def test_many_parameters_do_not_follow_a_change_along_another_axis(own: float, l
     assert rules.is_for_another_axis(beside, SPREAD) is None
 
 
+@given(st.floats(0.0, 1))
+def test_what_is_much_the_same_all_over_is_not_for_another_axis(change: float) -> None:
+    """Such as noise against a simulator without any: that frames have a few per cent more or less is hardly any of it."""
+    gap = changes(HOLES, 1 - change, [change, 0, 0])
+    one = asked("material_dropout", gap, changes(HOLES, 0.0, [change, 0, 0]), gap)
+    said = rules.is_for_another_axis(one, HOLES)
+    if change < DepthConfig().agreement.uniform:
+        assert said is None
+    elif change > 0.3:  # in between how many cells the axis has decides
+        assert said is not None
+
+
+@pytest.mark.parametrize(
+    ("effect", "left", "refused"),
+    [
+        ("material_dropout", 0.0, False),
+        ("material_dropout", 0.01, True),  # which leaves some along the material
+        ("range_dropout", 0.0, True),  # is known by another axis, along which nothing changes
+        ("ambient_light", 0.0, True),  # the same, and makes mainly holes
+        ("fill_rate", 0.0, True),
+    ],
+)
+def test_holes_in_patches_that_lie_by_a_material_are_its_own(effect: str, left: float, refused: bool) -> None:
+    gap = changes(HOLES, 0.0625, [0, 0.0625, 0])
+    rest = replace(changes(HOLES, 0.0, [0, left, 0]), lost_together=0.1)
+    assert (rules.goes_together(asked(effect, gap, rest, gap)) is not None) == refused
+
+
 @given(st.floats(0, 0.99), st.floats(0, 1))
 def test_few_parameters_leave_much_of_a_change_along_another_axis(own: float, left: float) -> None:
     """Holes that come with the range, on a material that lies far away; what lies anywhere is asked for the level."""

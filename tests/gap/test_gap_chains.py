@@ -113,6 +113,7 @@ def test_what_has_few_parameters_takes_the_place_of_what_has_many(
 ) -> None:
     """Light whose holes are everywhere, as holes anywhere do as well."""
     monkeypatch.setattr(Model, "build", lambda model, base: ())
+    monkeypatch.setattr(ties, "_acts_where_left", lambda *_: False)
     monkeypatch.setattr(ties, "surely_worse", lambda *_: False)
     search: Any = FakeSearch(ambient_light=light, fill_rate=anywhere)
     search.floor, search.is_flexible = 0.03, lambda part: part.effect in flexible
@@ -125,19 +126,22 @@ def test_what_has_few_parameters_takes_the_place_of_what_has_many(
 
 
 @pytest.mark.parametrize(
-    ("by_range", "anywhere", "parameters", "becomes"),
+    ("by_range", "anywhere", "parameters", "acts", "becomes"),
     [
-        (0.200, 0.1995, 2, "fill_rate"),
-        (0.200, 0.2005, 2, "range_dropout"),  # a little more: they are equals
-        (0.200, 0.1995, 1, "range_dropout"),  # which has as few
+        (0.200, 0.1995, 2, False, "fill_rate"),
+        (0.200, 0.2005, 2, False, "range_dropout"),  # a little more: they are equals
+        (0.200, 0.1995, 1, False, "range_dropout"),  # which has as few
+        (0.200, 0.2005, 1, True, "fill_rate"),  # but acts where the other leaves something
+        (0.200, 0.2005, 0, True, "range_dropout"),  # which has fewer
     ],
 )
 def test_what_has_fewer_parameters_and_leaves_no_more_takes_the_place(
-    monkeypatch: pytest.MonkeyPatch, by_range: float, anywhere: float, parameters: int, becomes: str
+    monkeypatch: pytest.MonkeyPatch, by_range: float, anywhere: float, parameters: int, acts: bool, becomes: str
 ) -> None:
     """Holes by the range from 0 m on, behind a limit of the range, for more holes anywhere."""
     monkeypatch.setattr(Model, "build", lambda model, base: ())
     monkeypatch.setattr(ties, "surely_worse", lambda *_: False)
+    monkeypatch.setattr(ties, "_acts_where_left", lambda *_: acts)
     search: Any = FakeSearch(range_dropout=by_range, fill_rate=anywhere)
     search.floor, search.is_flexible = 0.03, lambda part: False
     search.disagreement = lambda of, number: None

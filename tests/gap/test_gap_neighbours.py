@@ -102,20 +102,23 @@ def test_what_two_ray_casters_differ_by_is_no_gap(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("effect", "brought", "why"),
+    ("effect", "brought", "apart", "why"),
     [
-        ("spatial_filter", -0.1, None),
-        ("spatial_filter", 0.0, "no better"),  # such as one that hardly filters, for what a noise leaves
-        ("spatial_filter", 0.1, "where the recording's do not"),
-        ("spatial_correlation", 0.0, None),  # of errors in steps nobody sees how they go together
-        ("spatial_correlation", 0.1, "where the recording's do not"),
-        ("motion_noise", 0.1, None),
+        ("spatial_filter", -0.1, 1.0, None),
+        ("spatial_filter", 0.0, 1.0, "no better"),  # such as one that hardly filters, for what a noise leaves
+        ("spatial_filter", -0.001, 1.0, "no better"),
+        ("spatial_filter", -0.001, 0.01, None),  # of noise of which neighbours go together by 0.99
+        ("spatial_filter", 0.1, 1.0, "where the recording's do not"),
+        ("spatial_correlation", 0.0, 1.0, None),  # of errors in steps nobody sees how they go together
+        ("spatial_correlation", 0.1, 1.0, "where the recording's do not"),
+        ("motion_noise", 0.1, 1.0, None),
     ],
 )
 def test_a_filter_brings_neighbours_nearer(
-    monkeypatch: pytest.MonkeyPatch, effect: str, brought: float, why: str | None
+    monkeypatch: pytest.MonkeyPatch, effect: str, brought: float, apart: float, why: str | None
 ) -> None:
     monkeypatch.setattr(neighbours, "brought", lambda *_: brought)
+    monkeypatch.setattr(neighbours, "apart", lambda *_: apart)
     validator = cast("Validator", SimpleNamespace(evidence=SimpleNamespace(config=DepthConfig())))
     said = marks.brings_together(validator, effect_class(effect), (), ())
     assert said is None if why is None else why in str(said)

@@ -299,14 +299,20 @@ def goes_together(asked: Asked) -> str | None:
     Biases are the same for neighbours, those of a pattern that is learned as smooth as it is, and so is geometry. Holes
     are asked for holes: that the errors between them go together says nothing of them; and those of what is too near go
     together by themselves. Outliers are held against their own part of what an effect does, as patches of them, such as
-    bands of an older picture, go together less than noise. In pictures that are resampled all errors go together, and
-    how far is for the formula of that.
+    bands of an older picture, go together less than noise. And holes that lie by the effect's own axis and by nothing
+    else are its own, be they in patches. In pictures that are resampled all errors go together, and how far is for the
+    formula of that.
     """
     smooth = asked.effect.kinds[0] == "bias" or asked.effect.exact
     resampled = any(one.resizes() for one in all_of(asked.validator.evidence.camera, asked.before))
     if smooth or resampled or any(cause.kinds[0] == "correlation" for cause in asked.named):
         return None
     kind, does, limit = asked.effect.kinds[0], asked.does.whole, asked.limit
+    missing = KINDS.index("missing")
+    if "missing" in asked.effect.kinds and does[missing] >= does[:ALL].max():
+        kind = "missing"
+    if kind == "missing" and _lie_by_their_axis(asked, missing):
+        return None
     together = asked.left.lost_together if kind == "missing" else asked.left.together
     as_tails = kind == "tail" and not lies_by_its_axis(asked)
     most = limit.outliers_together * does[KINDS.index(kind)] if as_tails else limit.together * does[ALL]
@@ -315,6 +321,15 @@ def goes_together(asked: Asked) -> str | None:
             return None
         most = max(most, limit.left_along * _made_together(asked))
     return INDEPENDENT if asked.alone and together > most else None
+
+
+def _lie_by_their_axis(asked: Asked, k: int) -> bool:
+    """Whether nothing is left of how a kind of gap changes along the axis that an effect is known by, nor along the one
+    along which it changes most."""
+    own = known_by(asked.validator, asked.effect)
+    first = int(np.argmax(worth_of(asked.validator, asked.gap, k)[1]))
+    sure = asked.gap.varies[k, own] > asked.limit.sure * asked.gap.chance[k, own]
+    return bool(sure.any()) and all(asked.surely_left(k, n) <= asked.limit.left_by_exact for n in (first, *own))
 
 
 def _made_together(asked: Asked) -> float:

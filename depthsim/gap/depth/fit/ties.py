@@ -6,6 +6,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from depthsim.gap.depth.fit.agreement import left_of_change
+from depthsim.gap.depth.fit.changes import plain_axes
 from depthsim.gap.depth.fit.fitting import Trial
 from depthsim.gap.depth.fit.optimize import Model
 from depthsim.gap.depth.fit.search import Search
@@ -24,9 +26,10 @@ def compare_rivals(
 
     What makes nothing of what it is known by, such as noise by motion that is the same all the time, takes no place.
     What has few parameters takes that of what has many, such as holes anywhere that of light, if it leaves next to
-    nothing more; what has fewer, such as holes anywhere that of holes by the range, if it leaves no more; and so do two
-    with few, see :func:`_as_two`. An equal leaves hardly more than a cause does, or not surely, and at most twice as
-    much, if that would be a gap if it were alone.
+    nothing more; what has fewer, such as holes anywhere that of holes by the range, if it leaves no more; what has as
+    few, if it acts where something is left, see :func:`_acts_where_left`; and so do two with few, see :func:`_as_two`.
+    An equal leaves hardly more than a cause does, or not surely, and at most twice as much, if that would be a gap if
+    it were alone.
 
     looked, before: the leaders of each step, and the gap before it.
     """
@@ -57,8 +60,14 @@ def compare_rivals(
             part = model.parts[_number(model, cause)]
             plain = search.is_flexible(part) and not search.is_flexible(rival.newest)
             as_well = plain and more <= search.config.significance.faint * search.floor
-            fewer = search.parameters_of(rival, step) < search.parameters_of(mine, step)
-            if itself and (as_well or (fewer and more <= 0) or other.gap < gap - limit.tied * search.whole):
+            theirs, own = (search.parameters_of(one, step) for one in (rival, mine))
+            fewer = theirs < own and more <= 0
+            if itself and (
+                as_well
+                or fewer
+                or other.gap < gap - limit.tied * search.whole
+                or (theirs <= own and _acts_where_left(search, model, other.model, name))
+            ):
                 search.say(f"{name} in place of {cause}")
                 model, gap, equals = other.model, other.gap, []
                 cause = name
@@ -97,6 +106,15 @@ def _as_two(search: Search, model: Model, gap: float, cause: str, step: Sequence
     if found.gap > gap or any(search.disagreement(found.model, k, alone=True) for k in newest):
         return None
     return found
+
+
+def _acts_where_left(search: Search, model: Model, other: Model, effect: str) -> bool:
+    """Whether what ``model`` leaves changes most along the axis by which an effect of ``other`` is known, and that
+    leaves less there: one is then for both, by its own formula, where the other has a second one yet to be found."""
+    before, after = model.build(search.base), other.build(search.base)
+    axis, kind = effect_class(effect).axes[:1], effect_class(effect).kinds[0]
+    is_left = any(one == kind and along == {*axis} for one, along in plain_axes(search.validator, before))
+    return is_left and left_of_change(search.validator, axis[0], kind, before, after) < 1
 
 
 def _hardly_more(search: Search, gap: float) -> float:
