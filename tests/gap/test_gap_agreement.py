@@ -495,7 +495,7 @@ def test_many_parameters_do_not_follow_a_change_along_another_axis(own: float, l
 
 @given(st.floats(0.0, 1))
 def test_what_is_much_the_same_all_over_is_not_for_another_axis(change: float) -> None:
-    """Such as noise against a simulator without any: that frames have a few per cent more or less is hardly any of it."""
+    """Such as noise against a simulator without any: that frames have a few per cent more or less is hardly any."""
     gap = changes(HOLES, 1 - change, [change, 0, 0])
     one = asked("material_dropout", gap, changes(HOLES, 0.0, [change, 0, 0]), gap)
     said = rules.is_for_another_axis(one, HOLES)
