@@ -505,6 +505,15 @@ def test_what_is_much_the_same_all_over_is_not_for_another_axis(change: float) -
         assert said is not None
 
 
+@pytest.mark.parametrize(("beside", "refused"), [("lens_distortion", False), ("incidence_noise", True)])
+def test_what_rays_that_another_cause_bends_see_past_edges_is_for_its_formula(beside: str, refused: bool) -> None:
+    gap = changes(HOLES, 0.0625, [0.0625, 0.0125, 0])
+    left = replace(changes(HOLES, 0.0, [0.03, 0, 0]), lost_together=0.1)
+    one = at_edges(asked("material_dropout", gap, left, gap, before=(effect_class(beside)(),)))
+    assert (rules.is_for_another_axis(replace(one, flexible=True), HOLES) is not None) == refused
+    assert (rules.goes_together(one) is not None) == refused
+
+
 @pytest.mark.parametrize(
     ("effect", "left", "refused"),
     [

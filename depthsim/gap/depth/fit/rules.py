@@ -7,7 +7,7 @@ from depthsim.gap.depth.fit.along import first_asked, is_crossed, is_more, is_th
 from depthsim.gap.depth.fit.asked import WORDS, Asked
 from depthsim.gap.depth.fit.changes import ALL, KINDS, cost, done_by, worth_of
 from depthsim.gap.depth.fit.itself import known_by
-from depthsim.gap.depth.fit.traits import is_filter
+from depthsim.gap.depth.fit.traits import bends_rays, is_filter
 from depthsim.sensor.parameter import learned_of
 from depthsim.sensor.pipeline import all_of
 
@@ -114,7 +114,7 @@ def is_for_another_axis(asked: Asked, k: int) -> str | None:
     own = np.array([bool(axis.names & set(named_by)) for axis in asked.validator.evidence.axes]) & asked.own
     if own[first] or not own.any() or asked.others(first, k) or not sure[first]:
         return None
-    if gap.varies[k, first] <= limit.uniform * gap.whole[k]:
+    if gap.varies[k, first] <= limit.uniform * gap.whole[k] or _seen_past_edges(asked, first):
         return None
     share = asked.surely_left(k, first)
     enough, most = (limit.as_much, limit.near_floor) if asked.flexible else (limit.beside, limit.left_of_noise)
@@ -326,10 +326,16 @@ def goes_together(asked: Asked) -> str | None:
 def _lie_by_their_axis(asked: Asked, k: int) -> bool:
     """Whether nothing is left of how a kind of gap changes along the axis that an effect is known by, nor along the one
     along which it changes most."""
-    own = known_by(asked.validator, asked.effect)
-    first = int(np.argmax(worth_of(asked.validator, asked.gap, k)[1]))
+    own, worth = known_by(asked.validator, asked.effect), worth_of(asked.validator, asked.gap, k)[1]
+    first = int(np.argmax([-np.inf if _seen_past_edges(asked, n) else one for n, one in enumerate(worth)]))
     sure = asked.gap.varies[k, own] > asked.limit.sure * asked.gap.chance[k, own]
     return bool(sure.any()) and all(asked.surely_left(k, n) <= asked.limit.left_by_exact for n in (first, *own))
+
+
+def _seen_past_edges(asked: Asked, axis: int) -> bool:
+    """Whether an axis is the distance from edges, past which rays see that another cause bends by its own formula."""
+    at_edges = "edge_distance" in asked.validator.evidence.axes[axis].names
+    return at_edges and any(bends_rays(cause.id) for cause in asked.named)
 
 
 def _made_together(asked: Asked) -> float:
