@@ -10,11 +10,11 @@ from scipy.spatial.distance import jensenshannon
 
 from depthsim.gap.depth.data import histograms
 from depthsim.gap.depth.data.divergence import Counted
-from depthsim.gap.depth.data.evidence import Counts, Evidence
+from depthsim.gap.depth.data.evidence import Counts
 from depthsim.gap.depth.fit.neighbours import counted
 from depthsim.gap.depth.fit.validate import Validator
-from depthsim.gap.depth.where.differences import moments, tails
-from depthsim.gap.depth.where.localize import PAIRS, axis_cost, more_holes_together, more_together, over_pixels
+from depthsim.gap.depth.where.differences import holes_together, moments, tails, together_more
+from depthsim.gap.depth.where.localize import PAIRS, axis_cost, over_pixels
 from depthsim.sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -239,12 +239,12 @@ def _changes(validator: Validator, one: Counts, others: Sequence[Counts]) -> Cha
     real, null, runs = (np.asarray(x.sum(axis=0)) for x in (one, others[0], usual))
     pairs = [n for n, axis in enumerate(evidence.axes) if axis.kind in PAIRS]
 
-    def more(how: Callable[[Evidence, int, Any, Any], Floats], number: int, counts: Counts) -> float:
-        return over_pixels(validator.ruler, number, counts, how(evidence, number, counts, runs))
+    def more(how: Callable[[Any, Any], Floats], number: int, counts: Counted) -> float:
+        return over_pixels(validator.ruler, number, counts, how(*(evidence.cells(number, x) for x in (counts, runs))))
 
     together, lost = (
         max([0.0, *(more(how, n, real) - more(how, n, null) for n in pairs)])
-        for how in (more_together, more_holes_together)
+        for how in (together_more, lambda a, b: holes_together(a) - holes_together(b))
     )
     counted = (kinds > histograms.ERROR) & (kinds < histograms.PHASE)
     apart = validator.ruler.by_axis(real, runs) - validator.ruler.by_axis(null, runs)

@@ -305,7 +305,7 @@ def goes_together(asked: Asked) -> str | None:
     """
     smooth = asked.effect.kinds[0] == "bias" or asked.effect.exact
     resampled = any(one.resizes() for one in all_of(asked.validator.evidence.camera, asked.before))
-    if smooth or resampled or any(cause.kinds[0] == "correlation" for cause in asked.named):
+    if not asked.alone or smooth or resampled or any(cause.kinds[0] == "correlation" for cause in asked.named):
         return None
     kind, does, limit = asked.effect.kinds[0], asked.does.whole, asked.limit
     missing = KINDS.index("missing")
@@ -320,7 +320,7 @@ def goes_together(asked: Asked) -> str | None:
         if asked.does.lost_together > most:
             return None
         most = max(most, limit.left_along * _made_together(asked))
-    return INDEPENDENT if asked.alone and together > most else None
+    return INDEPENDENT if together > most else None
 
 
 def _lie_by_their_axis(asked: Asked, k: int) -> bool:

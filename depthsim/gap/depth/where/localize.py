@@ -19,13 +19,7 @@ from depthsim.gap.depth.data.divergence import Counted, Ruler
 from depthsim.gap.depth.data.evidence import Counts, Evidence
 from depthsim.gap.depth.data.simulate import LOCATING
 from depthsim.gap.depth.where.correction import learnable
-from depthsim.gap.depth.where.differences import (
-    Difference,
-    compare_cells,
-    errors_together,
-    holes_together,
-    together_more,
-)
+from depthsim.gap.depth.where.differences import Difference, compare_cells, errors_together, holes_together
 from depthsim.gap.depth.where.part import main_part
 from depthsim.gap.diagnosis import Cut
 from depthsim.sensor.effect import Effect
@@ -142,13 +136,6 @@ def beyond_each(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any
     if evidence.axes[number].kind not in PAIRS:
         return np.zeros(evidence.axes[number].size)
     return errors_together(*(evidence.cells(number, counts) for counts in (x, y)))
-
-
-def more_together(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any]) -> Floats:
-    """(cells,) as :func:`beyond_each`, where errors go together more in x than in y; 0 elsewhere."""
-    if evidence.axes[number].kind not in PAIRS:
-        return np.zeros(evidence.axes[number].size)
-    return together_more(*(evidence.cells(number, counts) for counts in (x, y)))
 
 
 def more_holes_together(evidence: Evidence, number: int, x: NDArray[Any], y: NDArray[Any]) -> Floats:
