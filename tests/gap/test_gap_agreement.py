@@ -31,8 +31,10 @@ from depthsim.sensor.effect import Effect, effect_class, effect_ids
 from depthsim.sensor.effects.calibration import BaselineScale
 from depthsim.sensor.effects.dropout import RangeDropout
 from depthsim.sensor.effects.heavy_tails import HeavyTails
+from depthsim.sensor.effects.hole_filling import HoleFilling
 from depthsim.sensor.effects.limits import MaxRange
 from depthsim.sensor.effects.noise import DisparityNoise
+from depthsim.sensor.effects.shadow import InvalidBand
 from depthsim.trajectory import load_trajectory
 
 AXES = [
@@ -881,6 +883,28 @@ def test_hardly_a_sensor_loses_no_pixel(was: float, now: float, stands_out: bool
     )  # fmt: skip
     why = itself.takes_all(validator, effect_class(effect), (before,), (after,))
     assert why == ("loses no pixel where the simulator loses 11%, which is filling rather" if refused else None)
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "beside", "refused"),
+    [
+        (16.0, 0.0, HoleFilling(), True),
+        (16.0, 20.0, HoleFilling(), False),  # more of them than there are left when they are filled
+        (16.0, 0.0, DisparityNoise(), False),
+    ],
+)
+def test_what_fills_holes_takes_them_away_by_its_own_formula(
+    was: float, now: float, beside: Effect, refused: bool
+) -> None:
+    band, less = (InvalidBand(margin=margin) for margin in (was, now))
+    evidence = SimpleNamespace(config=DepthConfig(), base=(band,), camera=CAMERA)
+    validator: Any = SimpleNamespace(
+        evidence=evidence, once=lambda work, x: sum(one.margin for one in x if one.id == InvalidBand.id) / 100
+    )
+    why = itself.takes_what_is_filled(validator, InvalidBand, (band, beside), (less, beside))
+    assert why == ("takes away holes, which hole_filling fills" if refused else None)
+    filled = itself.takes_what_is_filled(validator, HoleFilling, (band,), (band, HoleFilling()))
+    assert filled is None
 
 
 @pytest.mark.parametrize(("varies", "same"), [(0.05, True), (0.2, False)])

@@ -24,6 +24,7 @@ from depthsim.gap.depth.fit.changes import (
     pixels_along,
     where_they_begin,
 )
+from depthsim.gap.depth.fit.traits import is_filling
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.pipeline import all_of, in_camera
@@ -128,6 +129,18 @@ def takes_all(validator: Validator, effect: type[Effect], before: Effects, after
     if was < limit.many_holes or now > limit.gone * was or not validator.score(after).stands_out(validator.config):
         return None
     return f"loses no pixel where the simulator loses {was:.0%}, which is filling rather"
+
+
+def takes_what_is_filled(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
+    """Whether holes that the simulator makes are fewer, beside what fills holes: by its own formula it fills them."""
+    if effect.kinds[0] != "missing" or is_filling(effect.id) or not is_simulated(validator, effect):
+        return None
+    base = validator.evidence.base
+    filling = next((one.id for one in before if is_filling(one.id) and one not in base), None)
+    if filling is None:
+        return None
+    was, now = (validator.once(holes_of, tuple(in_camera(sensor))) for sensor in (before, after))
+    return f"takes away holes, which {filling} fills" if now < was else None
 
 
 def lies_elsewhere(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
