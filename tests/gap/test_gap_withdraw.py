@@ -75,6 +75,23 @@ def test_two_of_a_kind_that_only_cancel_leave_next_to_nothing(
     assert [round(near.closed_fraction, 6) for near in found.nearest] == ([] if stays else [0.2, 0.2])
 
 
+@pytest.mark.parametrize("fills", [True, False])
+def test_fewer_holes_are_no_cause_beside_what_fills_them(fills: bool) -> None:
+    """The simulator loses 16 columns more; holes: those that a sensor makes before they are filled."""
+
+    def looked(work: Any, sensor: Any) -> float:
+        return sum(one.margin for one in sensor if one.id == "invalid_band") / 100
+
+    band = effect_class("invalid_band")(margin=16.0)
+    evidence = SimpleNamespace(config=DepthConfig(), base=(band,), supposed=None, camera=preset("d435", 106, 60))
+    validator: Any = SimpleNamespace(evidence=evidence, once=looked, quick=lambda effects: 1.0 / (1 + len(effects)))
+    less = Candidate("invalid_band", (), {"margin": 0.0}, ((),))
+    other = selection("hole_filling" if fills else "baseline_scale").model.parts[0]
+    found = withdraw.filled(validator, replace(selection(), model=Model((less, other), np.empty(0))))
+    assert [part.effect for part in found.model.parts] == ([other.effect] if fills else ["invalid_band", other.effect])
+    assert [near.why_not for near in found.nearest] == (["takes away holes, which hole_filling fills"] if fills else [])
+
+
 @pytest.mark.parametrize(
     ("gap", "rival", "marked", "stays"),
     [

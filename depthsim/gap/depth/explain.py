@@ -77,6 +77,7 @@ def _kept(compared: Compared, selection: Selection, say: Say) -> tuple[Selection
         selection = withdraw.unsupported(reported, selecting, selection)
     selection = withdraw.cancelling(selecting, selection)
     selection = withdraw.left_by_biases(selecting, selection)
+    selection = withdraw.filled(selecting, selection)
     selection = with_fine_pattern(selecting, selection, say)
     selection = withdraw.as_nothing(reported, selecting, selection)
     if poses is None:

@@ -159,7 +159,6 @@ def disagreement(
         or itself.lacks_a_kind(validator, effect, before, after)
         or itself.is_mostly_besides(validator, effect, before, after)
         or itself.takes_all(validator, effect, before, after)
-        or itself.takes_what_is_filled(validator, effect, before, after)
         or itself.lies_elsewhere(validator, effect, before, after)
         or itself.is_of_its_materials(validator, effect, before, after)
         or marks.unseen_step(validator, effect, before, after)

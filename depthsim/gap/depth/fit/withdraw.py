@@ -13,6 +13,7 @@ from depthsim.gap.depth.fit.agreement import is_uniform, left_along, left_of_cha
 from depthsim.gap.depth.fit.asked import WORDS
 from depthsim.gap.depth.fit.changes import KINDS, against, has_effect
 from depthsim.gap.depth.fit.intervals import parameter_intervals
+from depthsim.gap.depth.fit.itself import takes_what_is_filled
 from depthsim.gap.depth.fit.marks import only_its_own
 from depthsim.gap.depth.fit.rules import PLACES
 from depthsim.gap.depth.fit.select import Selection
@@ -118,6 +119,20 @@ def left_by_biases(selecting: Validator, selection: Selection) -> Selection:
                 if not _is_noise_there(selecting, selection, number):
                     continue
                 why = "is the noise that there is, at the depth that the biases make"
+            selection = _less(selecting, selection, number, why)
+    return selection
+
+
+def filled(selecting: Validator, selection: Selection) -> Selection:
+    """Without fewer of the simulator's own holes beside what fills them, which by its own formula may do so.
+
+    While causes are looked for they stay: beside them what fills holes is known, and not without.
+    """
+    base = selecting.evidence.base
+    for number, cause in reversed([*enumerate(selection.model.effects)]):
+        model = selection.model
+        before, after = model.less(number).build(base), model.build(base)
+        if (why := takes_what_is_filled(selecting, cause, before, after)) is not None:
             selection = _less(selecting, selection, number, why)
     return selection
 
