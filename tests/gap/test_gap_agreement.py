@@ -17,7 +17,7 @@ from depthsim.gap import diagnose
 from depthsim.gap.config import DepthConfig
 from depthsim.gap.depth.data.histograms import ERROR, ERROR_HOLE
 from depthsim.gap.depth.data.load import load_evidence
-from depthsim.gap.depth.fit import agreement, along, itself, marks, rules, validate
+from depthsim.gap.depth.fit import agreement, along, itself, marks, pairs, rules, validate
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import KINDS, Changes, _scaled, less_others
 from depthsim.gap.depth.fit.screening import worth_a_look
@@ -178,12 +178,12 @@ def test_what_is_made_one_by_one_does_not_go_together(errors: float, holes: floa
     ):
         does = changes(kind, 1.0, [0, 0, 0])
         left = replace(changes(kind, 0.0, [0, 0, 0]), together=errors, lost_together=holes)
-        refused = rules.goes_together(asked(name, does, left, does)) is not None
+        refused = pairs.goes_together(asked(name, does, left, does)) is not None
         most = bound * does.whole[kind if name == "heavy_tails" else ALL]
         assert refused == (together > most)
         if kind == HOLES:  # what is too near has holes that go together by themselves
             near = replace(does, lost_together=1.1 * most)
-            assert rules.goes_together(asked("min_range", does, left, near)) is None
+            assert pairs.goes_together(asked("min_range", does, left, near)) is None
 
 
 @given(st.floats(0, 1), st.floats(0, 0.6))
@@ -272,7 +272,7 @@ def test_pixels_in_between_that_are_seen_as_spread_go_together_as_noise_does(tog
     one = at_edges(asked("flying_pixels", gap, replace(left, together=together), does))
     lies_there = still <= limit.left_along
     most = limit.together * does.whole[ALL] if lies_there else limit.outliers_together * does.whole[TAIL]
-    assert (rules.goes_together(one) is None) == (together <= most)
+    assert (pairs.goes_together(one) is None) == (together <= most)
 
 
 @given(st.floats(0, 0.02), st.floats(0, 0.2), st.floats(0, 1))
@@ -416,7 +416,7 @@ def test_whatis_alike_for_neighbours_is_not_made_one_by_one(effect: str, said: b
     gap = changes(SPREAD, 0.1, [0.05, 0, 0])
     left = replace(gap, together=0.05, lost_together=0.05)
     one = asked(effect, replace(gap, together=0.1, lost_together=0.1), left, gap)
-    assert (rules.goes_together(one) is not None) == said
+    assert (pairs.goes_together(one) is not None) == said
 
 
 @pytest.mark.parametrize(("place", "said"), [("image_column", False), ("incidence", True)])
@@ -426,7 +426,7 @@ def test_a_filter_is_not_asked_for_where_edges_lie_in_the_picture(place: str, sa
     one = asked("spatial_filter", gap, left, gap)
     axis = SimpleNamespace(name=place, names={place}, kind=0, size=8, single=True)
     one.validator.evidence.axes = [AXES[0], axis, AXES[2]]  # type: ignore[list-item]
-    assert (rules.smooths_elsewhere(one) is not None) == said
+    assert (pairs.smooths_elsewhere(one) is not None) == said
 
 
 def test_a_learned_pattern_is_asked_for_no_spread_that_another_cause_makes() -> None:
@@ -513,7 +513,7 @@ def test_what_rays_that_another_cause_bends_see_past_edges_is_for_its_formula(be
     left = replace(changes(HOLES, 0.0, [0.03, 0, 0]), lost_together=0.1)
     one = at_edges(asked("material_dropout", gap, left, gap, before=(effect_class(beside)(),)))
     assert (rules.is_for_another_axis(replace(one, flexible=True), HOLES) is not None) == refused
-    assert (rules.goes_together(one) is not None) == refused
+    assert (pairs.goes_together(one) is not None) == refused
 
 
 @pytest.mark.parametrize(
@@ -529,7 +529,7 @@ def test_what_rays_that_another_cause_bends_see_past_edges_is_for_its_formula(be
 def test_holes_in_patches_that_lie_by_a_material_are_its_own(effect: str, left: float, refused: bool) -> None:
     gap = changes(HOLES, 0.0625, [0, 0.0625, 0])
     rest = replace(changes(HOLES, 0.0, [0, left, 0]), lost_together=0.1)
-    assert (rules.goes_together(asked(effect, gap, rest, gap)) is not None) == refused
+    assert (pairs.goes_together(asked(effect, gap, rest, gap)) is not None) == refused
 
 
 @given(st.floats(0, 0.99), st.floats(0, 1))
@@ -574,10 +574,10 @@ def test_light_on_surfaces_is_asked_of_surfaces_and_not_of_where_they_are_seen(s
 def test_a_filter_smooths_on_every_material(left: float) -> None:
     gap = changes(SPREAD, 0.03125, [0, 0.0625, 0])
     one = asked("spatial_filter", gap, changes(SPREAD, 0.0, [0, 0.0625 * left, 0]), gap)
-    assert (rules.smooths_elsewhere(one) is None) == (left <= DepthConfig().agreement.left_along)
+    assert (pairs.smooths_elsewhere(one) is None) == (left <= DepthConfig().agreement.left_along)
     for other in ("material_noise", "temporal_filter"):  # beside another filter it is by either's formula
-        assert rules.smooths_elsewhere(replace(one, before=(effect_class(other)(),))) is None
-    assert rules.smooths_elsewhere(replace(one, effect=effect_class("spatial_correlation"))) is None
+        assert pairs.smooths_elsewhere(replace(one, before=(effect_class(other)(),))) is None
+    assert pairs.smooths_elsewhere(replace(one, effect=effect_class("spatial_correlation"))) is None
 
 
 @pytest.mark.parametrize(("slant", "is_left"), [(0.06, True), (0.04, False)])
@@ -650,10 +650,10 @@ def test_a_pattern_does_not_answer_for_noise_that_it_hardly_changes(does: float,
 def test_holes_beside_errors_that_another_cause_makes_go_together() -> None:
     none = changes(HOLES, 0.1, [0, 0, 0])
     together = replace(none, together=0.1, lost_together=0.1)
-    assert "independent" in str(rules.goes_together(asked("fill_rate", none, together, none)))
+    assert "independent" in str(pairs.goes_together(asked("fill_rate", none, together, none)))
     beside = asked("fill_rate", none, together, none, before=(effect_class("spatial_correlation")(),))
-    assert rules.goes_together(beside) is None
-    assert rules.goes_together(asked("fixed_pattern", none, together, none)) is None
+    assert pairs.goes_together(beside) is None
+    assert pairs.goes_together(asked("fixed_pattern", none, together, none)) is None
 
 
 @pytest.mark.parametrize(("well", "left", "refused"), [(True, 0.0, False), (True, 0.09, True), (False, 0.0, True)])
@@ -676,10 +676,10 @@ def test_errors_go_together_in_any_picture_that_is_resampled() -> None:
     """Pixels in between before an alignment, by another formula of that: each is doubled, and so is the noise."""
     none = changes(TAIL, 0.1, [0, 0, 0])
     one = asked("flying_pixels", none, replace(none, together=1.0), none)
-    assert "independent" in str(rules.goes_together(one))
-    assert rules.goes_together(replace(one, before=(effect_class("align_to_color")(),))) is None
+    assert "independent" in str(pairs.goes_together(one))
+    assert pairs.goes_together(replace(one, before=(effect_class("align_to_color")(),))) is None
     one.validator.evidence.camera = CAMERA.aligned_to_color()
-    assert rules.goes_together(one) is None
+    assert pairs.goes_together(one) is None
 
 
 def test_an_aligned_camera_has_an_alignment_whatever_the_profile_says() -> None:
@@ -702,7 +702,7 @@ def test_holes_beside_a_cause_whose_own_go_together(theirs: float, left: float) 
     makes = replace(does, lost_together=theirs)
     evidence = one.validator.evidence
     validator = SimpleNamespace(evidence=evidence, once=lambda work, before, after: makes if shadow in after else None)
-    refused = rules.goes_together(replace(one, validator=cast("Validator", validator))) is not None
+    refused = pairs.goes_together(replace(one, validator=cast("Validator", validator))) is not None
     assert refused == (left > max(one.limit.left_along * theirs, one.limit.together * does.whole[ALL]))
 
 

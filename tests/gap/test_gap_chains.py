@@ -15,7 +15,7 @@ from depthsim.gap.depth.fit.enough import _formula_of, _stood_for_both, is_alike
 from depthsim.gap.depth.fit.fitting import Fitting, Trial
 from depthsim.gap.depth.fit.free import Free
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.rules import INDEPENDENT
+from depthsim.gap.depth.fit.pairs import INDEPENDENT
 from depthsim.gap.depth.fit.search import Search
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.validate import Score

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from depthsim.gap.depth.fit import itself, marks, rules
+from depthsim.gap.depth.fit import itself, marks, pairs, rules
 from depthsim.gap.depth.fit.along import leaves
 from depthsim.gap.depth.fit.asked import Asked
 from depthsim.gap.depth.fit.changes import (
@@ -79,7 +79,7 @@ def left_along(validator: Validator, effect: type[Effect], before: Effects, afte
     asked = _asked(validator, effect, before, after)
     gap, left = asked.gap, asked.left
     if effect.kinds[0] == "correlation":
-        return rules.left_of_pairs(asked)
+        return pairs.left_of_pairs(asked)
     k = max((k for k in range(ALL) if KINDS[k] in effect.kinds), key=lambda k: float(asked.does.whole[k]))
     first = asked.beside(k)
     if first is None or gap.varies[k, first] <= asked.limit.uniform * gap.whole[k]:
@@ -116,8 +116,8 @@ def is_its_own(validator: Validator, effect: type[Effect], before: Effects, afte
 
 
 def goes_together(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> bool:
-    """Whether errors that ``effect`` makes one by one go together in the recording, see :func:`rules.goes_together`."""
-    return rules.goes_together(replace(_asked(validator, effect, before, after), alone=True)) is not None
+    """Whether errors that ``effect`` makes one by one go together in the recording, see :func:`pairs.goes_together`."""
+    return pairs.goes_together(replace(_asked(validator, effect, before, after), alone=True)) is not None
 
 
 def _asked(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> Asked:
@@ -187,11 +187,11 @@ def disagreement(
 def _of_gap(asked: Asked) -> str | None:
     """Why the effect is none for what the others leave."""
     if asked.effect.kinds[0] == "correlation":
-        return rules.of_pairs(asked) or (rules.smooths_elsewhere(asked) if asked.alone else None)
+        return pairs.of_pairs(asked) or (pairs.smooths_elsewhere(asked) if asked.alone else None)
     for k in range(ALL):
         if _answers(asked, k) and (why := _of_kind(asked, k)):
             return why
-    return _of_all(asked) or rules.not_itself(asked) or rules.goes_together(asked)
+    return _of_all(asked) or rules.not_itself(asked) or pairs.goes_together(asked)
 
 
 def _answers(asked: Asked, k: int) -> bool:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from depthsim.gap.config import DepthAgreement
 from depthsim.gap.depth.fit.changes import KINDS, Changes, Effects, worth_of
+from depthsim.gap.depth.fit.traits import bends_rays
 from depthsim.gap.depth.fit.validate import Validator
 from depthsim.sensor.effect import Effect
 from depthsim.sensor.parameter import learned_of
@@ -99,3 +100,9 @@ class Asked:
     def change_along(self, k: int, axis: int) -> str:
         """What changes along which axis, in words."""
         return f"{WORDS[KINDS[k]]} change along {self.validator.evidence.axes[axis].name.replace('_', ' ')}"
+
+    def is_seen_past_edges(self, axis: int) -> bool:
+        """Whether an axis is the distance from edges, past which rays see that another cause bends by its own
+        formula."""
+        at_edges = "edge_distance" in self.validator.evidence.axes[axis].names
+        return at_edges and any(bends_rays(cause.id) for cause in self.named)

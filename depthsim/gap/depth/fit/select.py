@@ -26,7 +26,7 @@ from depthsim.gap.depth.fit.in_one import (
     smoothed_in_one,
 )
 from depthsim.gap.depth.fit.optimize import Model
-from depthsim.gap.depth.fit.rules import INDEPENDENT
+from depthsim.gap.depth.fit.pairs import INDEPENDENT
 from depthsim.gap.depth.fit.search import GONE, Search
 from depthsim.gap.depth.fit.ties import Ties, compare_rivals, instead, surely_worse
 from depthsim.gap.depth.fit.traits import is_filling

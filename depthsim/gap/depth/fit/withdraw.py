@@ -15,7 +15,7 @@ from depthsim.gap.depth.fit.changes import KINDS, against, has_effect
 from depthsim.gap.depth.fit.intervals import parameter_intervals
 from depthsim.gap.depth.fit.itself import takes_what_is_filled
 from depthsim.gap.depth.fit.marks import only_its_own
-from depthsim.gap.depth.fit.rules import PLACES
+from depthsim.gap.depth.fit.pairs import PLACES
 from depthsim.gap.depth.fit.select import Selection
 from depthsim.gap.depth.fit.shapley import credit
 from depthsim.gap.depth.fit.validate import Score, Validator, closed_error
