@@ -263,6 +263,32 @@ def test_rays_that_are_bent_by_another_formula_leave_some_at_edges(left: float, 
     assert (along.leaves(replace(one, flexible=True), ALL) is None) == (left <= most)
 
 
+@given(st.floats(0, 1.2), st.floats(0.02, 0.3), st.sampled_from(["fixed_pattern", "intrinsics"]))
+def test_what_stays_at_its_pixels_leaves_nothing_that_changes_otherwise(left: float, much: float, effect: str) -> None:
+    """Nine tenths of the biases change over the picture, and are gone; others change along the material."""
+    limit = DepthConfig().agreement
+    gap = changes(BIAS, 0.0, [0.0, much, 0])
+    gap.mean[BIAS] = 0.9
+    one = asked(effect, gap, changes(BIAS, 0.0, [0.0, left * much, 0]), changes(BIAS, 0.9, [0, 0, 0]))
+    too_much = left >= limit.untouched and left * much >= limit.uniform * gap.whole[BIAS]
+    assert (rules.leaves_beside_pattern(one, BIAS) is not None) == (effect == "fixed_pattern" and too_much)
+    beside = replace(one, before=(effect_class("material_noise")(),))
+    assert rules.leaves_beside_pattern(beside, BIAS) is None
+
+
+@given(st.floats(0, 1), st.sampled_from(["lateral_noise", "flying_pixels"]), st.booleans())
+def test_noise_makes_no_outliers_where_the_recording_has_none(share: float, effect: str, is_alone: bool) -> None:
+    """Beside far more spread, which another cause's formula leaves. Pixels in between are not asked: outliers are what
+    they are."""
+    limit = DepthConfig().agreement
+    gap, does = changes(TAIL, 0.0, [0.01 * share, 0, 0]), changes(TAIL, 0.0, [0.01, 0, 0])
+    left = changes(TAIL, 0.0, [0.01 * (1 - share), 0, 0])
+    one = at_edges(replace(asked(effect, gap, left, does), alone=is_alone))
+    refused = rules.makes_besides(one)
+    assert (refused is not None) == (is_alone and effect == "lateral_noise" and share <= limit.near_floor)
+    assert refused in (None, "makes tails change along edge distance, where the recording's do not")
+
+
 @given(st.floats(0, 0.2), st.floats(0, 1))
 def test_pixels_in_between_that_are_seen_as_spread_go_together_as_noise_does(together: float, still: float) -> None:
     """Where most pixels near an edge are off, hardly any of them is an outlier by the spread that they have there."""

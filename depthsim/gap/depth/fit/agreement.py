@@ -32,7 +32,7 @@ from depthsim.sensor.effect import Effect
 
 _ALONE = (
     rules.leaves_geometry, rules.leaves_crossed, rules.brings, rules.leaves_own, rules.is_for_another_axis,
-    rules.is_by_height,
+    rules.is_by_height, rules.leaves_beside_pattern,
 )  # fmt: skip
 """Rules for the kind of errors that an effect mainly makes, once all other causes are there."""
 
@@ -191,7 +191,7 @@ def _of_gap(asked: Asked) -> str | None:
     for k in range(ALL):
         if _answers(asked, k) and (why := _of_kind(asked, k)):
             return why
-    return _of_all(asked) or rules.not_itself(asked) or pairs.goes_together(asked)
+    return _of_all(asked) or rules.not_itself(asked) or rules.makes_besides(asked) or pairs.goes_together(asked)
 
 
 def _answers(asked: Asked, k: int) -> bool:

@@ -127,9 +127,12 @@ def promised(
 ) -> float:
     """What of the loss slopes promise that a first step takes off, where a model begins.
 
+    Slopes over a whole change that matters: over a small one, rays that are bent by less than a step of the disparity
+    hardly move a pixel into another bin.
+
     here: what it does there.
     """
-    jacobian = _jacobian(model, base, model.x, here, roots, config.trial, both_sides=False)
+    jacobian = _jacobian(model, base, model.x, here, roots, 1.0, both_sides=False)
     normal, gradient = _normal(jacobian, target - here)
     return _promise(normal, gradient, _step(normal, gradient, _FIRST_DAMPING, config))
 

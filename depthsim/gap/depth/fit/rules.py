@@ -131,6 +131,22 @@ def is_by_height(asked: Asked, k: int) -> str | None:
     return "is not told from biases that change along height"
 
 
+def leaves_beside_pattern(asked: Asked, k: int) -> str | None:
+    """Whether biases that a pattern is learned from change along an axis of no other cause as they did before.
+
+    What stays at its pixels changes with nothing else, and as it has no formula nothing is left by that: such as biases
+    by how surfaces face, which stay where they are as long as the camera hardly turns.
+    """
+    if not asked.learned or KINDS[k] != "bias":
+        return None
+    limit, gap, left = asked.limit, asked.gap, asked.left
+    much = (left.varies[k] >= limit.uniform * gap.whole[k]) & (left.varies[k] > limit.sure * left.chance[k])
+    for axis in map(int, np.flatnonzero(much & ~asked.own & (left.varies[k] >= limit.untouched * gap.varies[k]))):
+        if not asked.others(axis):
+            return f"leaves all of how {asked.change_along(k, axis)}"
+    return None
+
+
 def leaves_crossed(asked: Asked, k: int) -> str | None:
     """Whether much bias is left along an axis of the effect's crossed with another one, beyond what is along its own.
 
@@ -226,6 +242,26 @@ def not_itself(asked: Asked) -> str | None:
         more = left.varies[k, axis] - gap.varies[k, axis] - limit.sure * left.chance[k, axis]
         if more > limit.idle * float(does.whole[k]):
             return f"makes {asked.change_along(k, axis)}, where the recording's do not"
+    return None
+
+
+def makes_besides(asked: Asked) -> str | None:
+    """Whether a noise makes outliers or holes along the axis that it is known by, where the recording has none of them.
+
+    However few they are: noise of where a pixel looks has outliers at edges, whatever its formula, and noise that grows
+    on a slant by another cause's has not.
+    """
+    gap, left, does, limit = asked.gap, asked.left, asked.does, asked.limit
+    if not asked.alone or asked.effect.kinds[0] != "spread" or not asked.effect.axes:
+        return None
+    for kind in [kind for kind in ("tail", "missing") if kind in asked.effect.kinds]:
+        k = KINDS.index(kind)
+        for axis in known_by(asked.validator, asked.effect):
+            made = float(does.varies[k, axis])
+            is_sure = made > limit.sure * max(does.chance[k, axis], left.chance[k, axis])
+            has_none = gap.varies[k, axis] <= limit.near_floor * made
+            if is_sure and has_none and left.varies[k, axis] >= limit.mostly * made:
+                return f"makes {asked.change_along(k, axis)}, where the recording's do not"
     return None
 
 
