@@ -247,6 +247,9 @@ class DepthAgreement(Section):
     near_floor: float = _value(0.1, "of a kind of gap: with less left of it, it does not matter where that lies")
     mostly: float = _value(0.5, "of what is left: with so much along an axis that is none of a cause's, it lies there")
     untouched: float = _value(0.8, "of what changed along an axis: with so much left, a cause has no part in it")
+    beside_pattern: float = _value(
+        0.2, "of the biases: with so much untouched along an axis of no cause, no pattern that is learned is one"
+    )
     together: float = _value(0.2, "of what an effect does: with more going together, it is no independent error")
     outliers_together: float = _value(
         0.1, "of the tails that it makes: with more, outliers come in patches; of right ones it was 0.04 at most"

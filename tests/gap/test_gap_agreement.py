@@ -270,7 +270,7 @@ def test_what_stays_at_its_pixels_leaves_nothing_that_changes_otherwise(left: fl
     gap = changes(BIAS, 0.0, [0.0, much, 0])
     gap.mean[BIAS] = 0.9
     one = asked(effect, gap, changes(BIAS, 0.0, [0.0, left * much, 0]), changes(BIAS, 0.9, [0, 0, 0]))
-    too_much = left >= limit.untouched and left * much >= limit.uniform * gap.whole[BIAS]
+    too_much = left >= limit.untouched and left * much >= limit.beside_pattern * gap.whole[BIAS]
     assert (rules.leaves_beside_pattern(one, BIAS) is not None) == (effect == "fixed_pattern" and too_much)
     beside = replace(one, before=(effect_class("material_noise")(),))
     assert rules.leaves_beside_pattern(beside, BIAS) is None

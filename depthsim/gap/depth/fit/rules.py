@@ -132,7 +132,7 @@ def is_by_height(asked: Asked, k: int) -> str | None:
 
 
 def leaves_beside_pattern(asked: Asked, k: int) -> str | None:
-    """Whether biases that a pattern is learned from change along an axis of no other cause as they did before.
+    """Whether biases that a pattern is learned from change much along an axis of no other cause, as they did before.
 
     What stays at its pixels changes with nothing else, and as it has no formula nothing is left by that: such as biases
     by how surfaces face, which stay where they are as long as the camera hardly turns.
@@ -140,7 +140,7 @@ def leaves_beside_pattern(asked: Asked, k: int) -> str | None:
     if not asked.learned or KINDS[k] != "bias":
         return None
     limit, gap, left = asked.limit, asked.gap, asked.left
-    much = (left.varies[k] >= limit.uniform * gap.whole[k]) & (left.varies[k] > limit.sure * left.chance[k])
+    much = (left.varies[k] >= limit.beside_pattern * gap.whole[k]) & (left.varies[k] > limit.sure * left.chance[k])
     for axis in map(int, np.flatnonzero(much & ~asked.own & (left.varies[k] >= limit.untouched * gap.varies[k]))):
         if not asked.others(axis):
             return f"leaves all of how {asked.change_along(k, axis)}"
