@@ -133,7 +133,7 @@ def takes_all(validator: Validator, effect: type[Effect], before: Effects, after
 
 def takes_what_is_filled(validator: Validator, effect: type[Effect], before: Effects, after: Effects) -> str | None:
     """Whether holes that the simulator makes are fewer, beside what fills holes: by its own formula it fills them."""
-    if effect.kinds[0] != "missing" or is_filling(effect.id) or not is_simulated(validator, effect):
+    if effect.kinds[0] != "missing" or not is_simulated(validator, effect):
         return None
     base = validator.evidence.base
     filling = next((one.id for one in before if is_filling(one.id) and one not in base), None)

@@ -214,7 +214,7 @@ def brings(asked: Asked, k: int) -> str | None:
     axis = int(np.argmax(more))
     if more[axis] <= most * asked.does.whole[k]:
         return None
-    return f"makes {asked.change_along(k, axis)}, where the recording's do not"
+    return _makes(asked, k, axis)
 
 
 def not_itself(asked: Asked) -> str | None:
@@ -241,7 +241,7 @@ def not_itself(asked: Asked) -> str | None:
             continue
         more = left.varies[k, axis] - gap.varies[k, axis] - limit.sure * left.chance[k, axis]
         if more > limit.idle * float(does.whole[k]):
-            return f"makes {asked.change_along(k, axis)}, where the recording's do not"
+            return _makes(asked, k, axis)
     return None
 
 
@@ -252,16 +252,15 @@ def makes_besides(asked: Asked) -> str | None:
     on a slant by another cause's has not.
     """
     gap, left, does, limit = asked.gap, asked.left, asked.does, asked.limit
-    if not asked.alone or asked.effect.kinds[0] != "spread" or not asked.effect.axes:
+    if not asked.alone or asked.effect.kinds[0] != "spread":
         return None
-    for kind in [kind for kind in ("tail", "missing") if kind in asked.effect.kinds]:
-        k = KINDS.index(kind)
+    for k in [KINDS.index(kind) for kind in ("tail", "missing") if kind in asked.effect.kinds]:
         for axis in known_by(asked.validator, asked.effect):
             made = float(does.varies[k, axis])
             is_sure = made > limit.sure * max(does.chance[k, axis], left.chance[k, axis])
             has_none = gap.varies[k, axis] <= limit.near_floor * made
             if is_sure and has_none and left.varies[k, axis] >= limit.mostly * made:
-                return f"makes {asked.change_along(k, axis)}, where the recording's do not"
+                return _makes(asked, k, axis)
     return None
 
 
@@ -286,3 +285,7 @@ def leaves_own(asked: Asked, k: int) -> str | None:
         return None
     share, most = asked.surely_left(k, axis), limit.left_along if asked.nearly_all else most
     return f"leaves {share:.0%} of how {asked.change_along(k, axis)}" if share > most else None
+
+
+def _makes(asked: Asked, k: int, axis: int) -> str:
+    return f"makes {asked.change_along(k, axis)}, where the recording's do not"

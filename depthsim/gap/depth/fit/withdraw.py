@@ -130,8 +130,7 @@ def filled(selecting: Validator, selection: Selection) -> Selection:
     """
     base = selecting.evidence.base
     for number, cause in reversed([*enumerate(selection.model.effects)]):
-        model = selection.model
-        before, after = model.less(number).build(base), model.build(base)
+        before, after = selection.model.less(number).build(base), selection.model.build(base)
         if (why := takes_what_is_filled(selecting, cause, before, after)) is not None:
             selection = _less(selecting, selection, number, why)
     return selection
